@@ -11,7 +11,7 @@ from research.reproduction.runner import run_study
 from research.reproduction.table import tabulate
 from tegotae import register
 from tegotae.figures.style import new_figure, save_figure, styled
-from tegotae.measures.check import check_metric
+from tegotae.measures.check import check
 from tegotae.measures.hopping import Episode, GaitMetric
 from tegotae.study import run_locally
 
@@ -32,7 +32,7 @@ mean_force = GaitMetric(
     compute=compute,
 )
 register(mean_force)
-check_metric(mean_force)
+check(mean_force)
 
 small = dataclasses.replace(plan("smoke", "ART-*"), metrics=(mean_force,))
 run_study(small, Path("study"), run_locally)  # in this process; without it on all cores

@@ -21,7 +21,7 @@ _HOMES = {
     "tegotae.api.measuring": ("measure",),
     "tegotae.api.training": ("train",),
     "tegotae.api.walking": ("WalkerController",),
-    "tegotae.simulation.checks": ("check",),
+    "tegotae.measures.check": ("check",),
     "tegotae.simulation.rollout": ("Rollout", "Timing"),
     "tegotae.simulation.world": ("Scenario",),
     "tegotae.systems.controller_file": ("SavedController", "save"),

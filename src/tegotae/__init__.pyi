@@ -12,13 +12,13 @@ from tegotae.api.listing import list_models as list_models
 from tegotae.api.measuring import measure as measure
 from tegotae.api.training import train as train
 from tegotae.api.walking import WalkerController as WalkerController
+from tegotae.measures.check import check as check
 from tegotae.parts.bodies import (
     Body as Body,
     Hopper as Hopper,
     Walker as Walker,
 )
 from tegotae.parts.controller import Controller as Controller
-from tegotae.simulation.checks import check as check
 from tegotae.simulation.rollout import (
     Rollout as Rollout,
     Timing as Timing,

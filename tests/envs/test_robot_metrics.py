@@ -15,7 +15,7 @@ import tegotae as tg
 from tegotae import TegotaeError
 from tegotae.envs import load_wiring
 from tegotae.envs.env_spec import EnvSpec
-from tegotae.measures.check import check_metric
+from tegotae.measures.check import check
 from tegotae.measures.robots import ROBOTS, RobotEpisode
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.models import find
@@ -66,7 +66,7 @@ def test_a_metric_of_other_bodies_is_refused(open_loop):
 
 @pytest.mark.parametrize("name", ROBOTS.names())
 def test_the_metrics_of_robots_keep_the_contract(name):
-    check_metric(ROBOTS.find(name))
+    check(ROBOTS.find(name))
 
 
 def test_an_actuator_that_only_pushes_is_not_saturated_at_rest():

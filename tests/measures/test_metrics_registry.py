@@ -15,7 +15,7 @@ from study_tables import table
 from tegotae import TegotaeError
 from tegotae.cli import main
 from tegotae.measures import evaluation
-from tegotae.measures.check import check_metric
+from tegotae.measures.check import check
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.hopping import Conditions, DerivedMetric, GaitMetric
 from tegotae.measures.hopping.metrics import HOPPING, derived
@@ -171,12 +171,12 @@ def test_the_built_in_metrics_say_what_they_are():
 
 @pytest.mark.parametrize("name", ["limit_cycle_share", "optimum_share", "cpgu", "t0_s"])
 def test_metrics_of_each_kind_pass_the_check(name):
-    check_metric(HOPPING.find(name))
+    check(HOPPING.find(name))
 
 
 def test_a_users_metric_passes_the_check(registered):
-    check_metric(PEAK)
-    check_metric(IN_WEIGHTS)
+    check(PEAK)
+    check(IN_WEIGHTS)
 
 
 @pytest.mark.parametrize(
@@ -208,14 +208,14 @@ def test_a_users_metric_passes_the_check(registered):
 )
 def test_the_check_says_what_is_wrong_with_a_metric(changed, says):
     with pytest.raises(TegotaeError, match=says):
-        check_metric(dataclasses.replace(PEAK, **changed))
+        check(dataclasses.replace(PEAK, **changed))
 
 
 def test_the_check_refuses_what_is_no_metric():
     with pytest.raises(TegotaeError, match="GaitMetric is a class; check an instance"):
-        check_metric(GaitMetric)
-    with pytest.raises(TegotaeError, match="is no Metric"):
-        check_metric(find("ART"))
+        check(GaitMetric)
+    with pytest.raises(TegotaeError, match="is no Term or Oscillator or Body or Metric"):
+        check(find("ART"))
     wrong = DerivedMetric(
         name="half_t0",
         label="half",
@@ -225,4 +225,4 @@ def test_the_check_refuses_what_is_no_metric():
         compute=lambda values, conditions: values["t0"] / 2.0,
     )
     with pytest.raises(TegotaeError, match="no metric is called 't0'; did you mean"):
-        check_metric(wrong)
+        check(wrong)

@@ -10,14 +10,14 @@ import pytest
 
 import tegotae as tg
 from tegotae import TegotaeError
-from tegotae.measures.check import check_metric
+from tegotae.measures.check import check
 from tegotae.measures.gaits.metrics import WALKING, Walks
 from tegotae.parts.bodies import Walker
 
 
 @pytest.mark.parametrize("name", WALKING.names())
 def test_the_metrics_of_legs_keep_the_contract(name):
-    check_metric(WALKING.find(name))
+    check(WALKING.find(name))
 
 
 def test_a_users_metric_of_legs_is_evaluated_from_its_file():
@@ -59,6 +59,6 @@ def test_the_mean_over_the_starts_leaves_out_those_that_fall():
     ],
 )
 def test_the_check_says_what_is_wrong_with_a_metric_of_legs(changed, says):
-    check_metric(own_metrics.largest_pitch_rad)
+    check(own_metrics.largest_pitch_rad)
     with pytest.raises(TegotaeError, match=says):
-        check_metric(dataclasses.replace(own_metrics.largest_pitch_rad, **changed))
+        check(dataclasses.replace(own_metrics.largest_pitch_rad, **changed))

@@ -241,7 +241,7 @@ FEET = {
         (NoDataclass(3), r"NoDataclass is no frozen dataclass; put @dataclass\(frozen=True\)"),
         (Sound, r"Sound is a class; check an instance"),
         (Term, r"Term is a class.*define __call__ first"),
-        (lambda weights, signals: 1.0, r"function is no Term or Oscillator or Body; make it a"),
+        (lambda weights, signals: 1.0, r"function is no Term or Oscillator or Body or Metric"),
     ],
     ids=lambda x: getattr(x, "__name__", type(x).__name__),
 )

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing
+from tegotae.measures.check import check
 from tegotae.parts.terms import Signals
-from tegotae.simulation.checks import check
 from tegotae.systems.designs import design
 from tegotae.systems.laws import LAWS, LAWS_OF_LEGS, ShortLaw, short_law
 from tegotae.systems.resolve import resolve

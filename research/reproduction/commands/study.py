@@ -18,7 +18,7 @@ from tegotae._support.engines import require_workers
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder, write_atomically
 from tegotae.cli.records import POSITIONAL
-from tegotae.measures.check import check_metric
+from tegotae.measures.check import check
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.resolve import resolve
@@ -102,7 +102,7 @@ class StudyRun(ReadingOptions):
         for experiment in experiments:
             experiment.check()
         for metric in base.metrics:
-            check_metric(metric)
+            check(metric)
         settings: dict[str, Any] = {} if self.seeds is None else {"seeds": self.seeds}
         if self.algorithm is not None:
             settings["algorithm"] = settings_named(self.algorithm, Algorithm)

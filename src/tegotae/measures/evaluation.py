@@ -271,7 +271,7 @@ def _per_lane(metric: Metric, values: np.ndarray, lanes: int) -> np.ndarray:
     if np.shape(values) != (lanes,):
         raise TegotaeError(
             f"the metric {metric.name} gave an array of shape {np.shape(values)} for {lanes} "
-            "lanes; it must give one number a lane (tegotae.check_metric tries it)"
+            "lanes; it must give one number a lane (tegotae.check tries it)"
         )
     return values
 
