@@ -55,7 +55,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = _commands()
 SECTIONS: Mapping[str, tuple[str, ...]] = {
     "See a controller move": ("simulate", "models"),
     "Learn one": ("train", "wiring", "fit-template", "identify"),
-    "Measure and compare": ("evaluate", "compare", "measure", "benchmark"),
+    "Measure and compare": ("evaluate", "compare", "metrics", "measure", "benchmark"),
     "Disturb": ("robustness", "conditions"),
     "Understand one": ("explain", "figure", "gait"),
     "Use one on a robot": ("export",),
