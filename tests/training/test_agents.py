@@ -35,12 +35,12 @@ from tegotae.training.agents import (  # noqa: E402
     PPOSettings,
     SACSettings,
     agent_controller,
-    initial_weights,
 )
 from tegotae.training.agents.learner import AgentLearner  # noqa: E402
 from tegotae.training.agents.learning import agent_task, hopper_settings, learn, make_agent  # noqa: E402
 from tegotae.training.algorithms import PGPE  # noqa: E402
 from tegotae.training.evolution import Evolution  # noqa: E402
+from tegotae.training.learner import initial_weights  # noqa: E402
 from tegotae.training.run import (  # noqa: E402
     COLUMNS,
     Run,
