@@ -11,6 +11,8 @@ import pytest
 pytest.importorskip("mujoco")
 pytest.importorskip("gymnasium")
 
+import own_metrics
+
 import tegotae as tg
 from tegotae import TegotaeError
 from tegotae.envs import load_wiring
@@ -67,6 +69,22 @@ def test_a_metric_of_other_bodies_is_refused(open_loop):
 @pytest.mark.parametrize("name", ROBOTS.names())
 def test_the_metrics_of_robots_keep_the_contract(name):
     check(ROBOTS.find(name))
+
+
+@pytest.mark.parametrize(
+    ("changed", "says"),
+    [
+        ({"compute": lambda episode: episode.action[:, 0]}, "it must return one number"),
+        ({"compute": lambda episode: episode.load}, "raised AttributeError"),
+        ({"range": (0.0, 1.0)}, "outside of the range"),
+    ],
+)
+def test_the_check_says_what_is_wrong_with_a_metric_of_robots(changed, says):
+    metric = own_metrics.largest_action
+    check(metric)
+    check(dataclasses.replace(metric, compute=lambda episode: episode["knee_force"].max()))
+    with pytest.raises(TegotaeError, match=says):
+        check(dataclasses.replace(metric, **changed))
 
 
 def test_an_actuator_that_only_pushes_is_not_saturated_at_rest():

@@ -225,6 +225,22 @@ def _spoiled(column: np.ndarray, starts: int) -> np.ndarray:
     return rows.ravel()
 
 
+class _MadeUpWalks(Walks):
+    """Releases of any legs: a quantity of legs that are not there is that of the left fore leg."""
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        quantity = name.rpartition("_")[0]
+        is_there = name in (*self.columns, *self.channels)
+        return super().__getitem__(name if is_there else f"{quantity}_LF")
+
+
+class _MadeUpEpisode(RobotEpisode):
+    """An episode of any robot: an entry that is not observed is a force."""
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return super().__getitem__(name if name in self.names else "leg_force")
+
+
 def _walks(channels: tuple[str, ...]) -> Walks:
     """Return two releases a row of a walker; some fall, and some lock into no gait."""
     legs, starts = ("LF", "RF", "LH", "RH"), 2
@@ -245,7 +261,7 @@ def _walks(channels: tuple[str, ...]) -> Walks:
         weights = np.zeros((count, controller.n_weights))
         path = rollout.run(weights, Scenario(omega=2.0, phase_rad=phase), body)
         recorded = {name: np.asarray(path.channels[name]) for name in channels}
-    return Walks(columns, starts, body, recorded)
+    return _MadeUpWalks(columns, starts, body, recorded)
 
 
 def _try_robot(metric: RobotMetric) -> None:
@@ -255,9 +271,8 @@ def _try_robot(metric: RobotMetric) -> None:
             values = np.array([] if value is None else [value], float)
         except Exception as error:
             raise TegotaeError(f"{metric.name}.compute raised {formatted(error)}") from error
-        shape = f"{metric.name}.compute has shape {values.shape[1:]}; it must be one number"
-        if values.ndim != 1:
-            raise TegotaeError(shape)
+        trial = probing.PartTrial(f"{metric.name}.compute")
+        trial.require(values.ndim == 1, f" has shape {values.shape[1:]}; it must return one number")
         _require_in_range(metric, values)
 
 
@@ -287,7 +302,7 @@ def _robot_episodes() -> list[RobotEpisode]:
         "rest_length_m": 1.0,
         "omega": 6.0,
     }
-    return [RobotEpisode(**recorded, **shown), RobotEpisode(**recorded)]
+    return [_MadeUpEpisode(**recorded, **shown), _MadeUpEpisode(**recorded)]
 
 
 def _clamped_episodes() -> ClampedEpisodes:
