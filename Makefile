@@ -22,9 +22,9 @@ TABLES_study := docs/_static/study/paper
 TABLES_calibrated := docs/_static/study-calibrated/calibrated
 TABLES := $(if $(FILE),$(STUDY)/tables/runs,$(TABLES_$(READING)))
 # Experiments on single claims, which take longer than the study: a small scale shows those kept.
-# To keep new ones: make experiments EXPERIMENTS=docs/_static/experiments
+# To keep new ones: make experiments EXPERIMENTS=research/experiments
 # Those of the calibrated body are its gain map.
-EXPERIMENTS_study := $(if $(filter paper,$(SCALE)),results/experiments,docs/_static/experiments)
+EXPERIMENTS_study := $(if $(filter paper,$(SCALE)),results/experiments,research/experiments)
 EXPERIMENTS_calibrated := $(dir $(TABLES_calibrated))
 # The report of your own numbers names those that it lacks.
 EXPERIMENTS := $(EXPERIMENTS_$(READING))
@@ -87,16 +87,16 @@ study-tables: $(INSTALLED)
 	$(BIN)/python -m research.reproduction claims $(TABLES).csv --out $(PAGE) $(BUDGETS) \
 	  --sampled $(TABLES)-sampled.csv --beside $(BESIDE_$(READING)) \
 	  --calibrated $(TABLES_calibrated).csv \
-	  --experiments $(if $(filter study,$(READING)),docs/_static/experiments,$(PAGE)) \
+	  --experiments $(if $(filter study,$(READING)),research/experiments,$(PAGE)) \
 	  --readings docs/_static/multiverse
 
 experiments: EXPERIMENTS := results/experiments
 experiments: $(INSTALLED)
 	mkdir -p $(EXPERIMENTS)
-	$(BIN)/python research/studies/figure3.py --tables $(EXPERIMENTS)
-	$(BIN)/python research/studies/second_look.py --first $(EXPERIMENTS)/figure3.csv \
+	$(BIN)/python -m research.experiments.figure3 --tables $(EXPERIMENTS)
+	$(BIN)/python -m research.experiments.second_look --first $(EXPERIMENTS)/figure3.csv \
 	  --figure $(EXPERIMENTS)/second_look.png
-	$(BIN)/python research/studies/parameter_limit.py --out $(EXPERIMENTS)
+	$(BIN)/python -m research.experiments.parameter_limit --out $(EXPERIMENTS)
 	$(BIN)/python -m research.reproduction gain-map --out $(EXPERIMENTS)/gain_map.png
 
 docs: $(INSTALLED)

@@ -258,7 +258,7 @@ def late(name: str, algorithm: str, model: str) -> tuple[float, ...]:
     """CoT⁻¹ late in the trainings of a kept table of curves, run by run."""
     from tegotae.training.curves import groups, late_mean, read_curves
 
-    kept = groups(read_curves([KEPT / "experiments" / f"{name}.csv"]))
+    kept = groups(read_curves([kept_file(f"experiments/{name}.csv")]))
     return tuple(late_mean(run) for run in kept[model, algorithm])
 
 
@@ -288,8 +288,7 @@ def least_best(name: str, algorithm: str, policy: str) -> float:
 @cache
 def of_calibrated_optimum(kind: str) -> np.ndarray:
     """CoT⁻¹ of the best run of each model in the calibrated body, over the best known gait's."""
-    sys.path.insert(0, str(ROOT / "research" / "studies"))
-    from calibrated_optimum import best_runs
+    from research.experiments.calibrated_optimum import best_runs
     from research.reproduction.export import read_study_csv
 
     rate, value = best_runs(read_study_csv(KEPT / "study-calibrated" / "calibrated.csv"))[kind]
@@ -414,19 +413,19 @@ def ticks(tick: float, column: str) -> float:
 
 def apex_errors(scheme: str, tick_ms: float, dtype: str = "float64", kind: str = "regular"):
     """Errors of the apexes of a scheme's cases [mm], by actuation."""
-    kept = rows("convergence", scheme=scheme, tick_ms=tick_ms, dtype=dtype, kind=kind)
+    kept = rows("convergence/convergence", scheme=scheme, tick_ms=tick_ms, dtype=dtype, kind=kind)
     return kept.groupby("actuation").largest_apex_error_mm
 
 
 def learned_errors(tick_ms: float, dtype: str = "float64", kind: str = "regular", **where: str):
     """Errors of the apexes of learned laws under the predictor-corrector [mm]."""
-    kept = rows("convergence_learned", tick_ms=tick_ms, dtype=dtype, kind=kind, **where)
+    kept = rows("convergence/convergence_learned", tick_ms=tick_ms, dtype=dtype, kind=kind, **where)
     return kept.largest_apex_error_mm
 
 
 def setting(name: str, column: str) -> pd.Series:
     """A column of the sensitivity of limit cycles, over the values of one setting."""
-    return rows("limit_cycle_sensitivity", setting=name).set_index("value")[column]
+    return rows("experiments/limit_cycle_sensitivity", setting=name).set_index("value")[column]
 
 
 def oscillators(oscillator: str, omega_t: int, architecture: str, column: str) -> float:
@@ -448,7 +447,7 @@ SHOWN = ("V", "VG", "AR", "ART", "ARG", "ARGT")
 def brackets(name: str, condition: str, side: str = "above", among: tuple = SHOWN) -> list[float]:
     """Where half of the runs fail, over architectures: the least level passed, the most failed.
 
-    Of "moving" or "architectures" (keep their gait) in docs/_static/generalisation.
+    Of "moving" or "architectures" (keep their gait) in research/generalisation.
     """
     kept = rows(f"generalisation/{name}", condition=condition, side=side, architecture=list(among))
     if side == "above":
@@ -569,7 +568,7 @@ def accepted(share: float = 0.02) -> pd.DataFrame:
 
 def legs_limit(feet: str = "ellipse") -> pd.DataFrame:
     """The least costs of transport that are known for quadruped C, by speed."""
-    from research.studies.legs_limit_known import limit_table
+    from research.legs_limit.known import limit_table
 
     kept = pd.DataFrame(limit_table())
     return kept[kept.feet == feet]
@@ -577,7 +576,7 @@ def legs_limit(feet: str = "ellipse") -> pd.DataFrame:
 
 def over_bound(kept: pd.DataFrame) -> pd.Series:
     """The costs of kept gaits over the proved bound for their longest stances."""
-    from research.studies.legs_limit_known import bound
+    from research.legs_limit.known import bound
     from tegotae.parts.bodies import Walker
 
     return kept.cost_of_transport / bound(Walker(), kept.speed, kept.longest_stance)

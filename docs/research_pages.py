@@ -12,7 +12,8 @@ from pathlib import Path
 
 STUB = re.compile(r"The page is \[research/\S+\]\((\S+)\)\.\n")
 """Text of a page in `docs` that stands in `research`."""
-LINK = re.compile(r"(\]\(|\{(?:image|include|literalinclude)\} )([^)\s#:]+)(?=[)#\s])")
+_BEFORE = r"\]\(|\{(?:image|include|literalinclude)\} |^:file: |\{download\}`[^<`]*<"
+LINK = re.compile(rf"({_BEFORE})([^>)\s#:]+)(?=[>)#\s])", re.MULTILINE)
 """A relative link of a page: the text before its path, and the path."""
 
 

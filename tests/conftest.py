@@ -7,7 +7,6 @@ import gc
 import importlib
 import os
 import signal
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -134,13 +133,6 @@ def pytest_sessionfinish():
 
 
 @pytest.fixture
-def study(monkeypatch):
-    """A script of `studies` as a module, whose neighbours it may import."""
-    from places import ROOT
-
-    monkeypatch.syspath_prepend(str(ROOT / "research" / "studies"))
-    before = set(sys.modules)
-    yield importlib.import_module
-    for name in set(sys.modules) - before:
-        if str(ROOT / "research" / "studies") in str(getattr(sys.modules[name], "__file__", "")):
-            del sys.modules[name]
+def study():
+    """Import a module of `research`."""
+    return lambda name: importlib.import_module(f"research.{name}")

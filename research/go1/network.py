@@ -20,9 +20,9 @@ from gymnasium.spaces import Box
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnv
 
+from research.frame import write_rows
 from research.go1.episodes import FEET, ROOT, Course
 from research.go1.plan import LAWS_FOLDER, OFF_COURSE, PHASES, TRAINED_S, TRAINED_SPEEDS, Phase
-from research.studies.kept import write_rows
 from tegotae._support.files import output_folder
 
 LENGTH_M, TIME_S = 0.265, 0.1644

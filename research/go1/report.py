@@ -9,6 +9,7 @@ import pandas as pd
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
+from research.frame import write_rows, write_text
 from research.go1.plan import (
     ADAPTED,
     BALANCED,
@@ -26,7 +27,6 @@ from research.go1.plan import (
     Law,
 )
 from research.reproduction.report.markdown import markdown_table as markdown
-from research.studies.kept import write_rows, write_text
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.statistics import share_interval
 

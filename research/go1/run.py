@@ -24,6 +24,7 @@ import numpy as np
 import pandas as pd
 import tyro
 
+from research.frame import write_rows
 from research.go1.episodes import Condition, DriverOf, by_law, evaluate
 from research.go1.network import PACED, MeasuredPace, Pace, Policy, train_network
 from research.go1.plan import (
@@ -42,7 +43,6 @@ from research.go1.plan import (
 )
 from research.go1.report import report
 from research.go1.train import adapt, pace_of, train_law, trained, untrained, wiring_of
-from research.studies.kept import write_rows
 from tegotae.cli.console import exit_status
 from tegotae.envs.wiring import Wiring
 

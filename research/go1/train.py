@@ -15,6 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from research.frame import write_rows
 from research.go1.episodes import ROOT, SETTINGS, WIRING, by_law, evaluate
 from research.go1.network import START, Pace
 from research.go1.plan import (
@@ -27,7 +28,6 @@ from research.go1.plan import (
     TRAINED_SPEEDS,
     Phase,
 )
-from research.studies.kept import write_rows
 from tegotae._support.files import output_folder, write_atomically
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.wiring import Wiring, load_wiring

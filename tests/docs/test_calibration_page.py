@@ -7,21 +7,18 @@ import importlib
 import pytest
 
 from pages import DOCS, prose
-from places import ROOT
 from research.reproduction.calibration.posterior import met
 from research.reproduction.calibration.prior import candidates
 from research.reproduction.readings.designs import CALIBRATED_TABLE
 from research.reproduction.readings.named import reading_named
 from tegotae._support.tables import read_csv
 
-KEPT = DOCS / "_static" / "calibration"
+KEPT = DOCS.parent / "research" / "calibration"
 
 
 @pytest.fixture(scope="module")
 def study():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(ROOT / "research" / "studies"))
-        yield importlib.import_module("calibration")
+    return importlib.import_module("research.calibration.run")
 
 
 @pytest.fixture(scope="module")

@@ -26,6 +26,7 @@ from research.reproduction.report.multiverse import counts_by_claim, shares_tabl
 from tegotae.systems.models import all_models
 
 KEPT = ROOT / "docs" / "_static"
+RESEARCH = ROOT / "research"
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +109,7 @@ def test_kept_effects_are_those_of_the_kept_tables(effects):
     few = ("learned-beats-v", "vg-t1", "v-input-cpgu")
     claims = [claim for claim in ATOMIC_CLAIMS if claim.name in few]
     stored = [finding for finding in effects[""] if finding.claim in claims]
-    results = findings(runs_of("paper"), KEPT / "experiments", claims)
+    results = findings(runs_of("paper"), RESEARCH / "experiments", claims)
     assert effects_csv(results) == effects_csv(stored)
 
 
@@ -116,7 +117,7 @@ def test_kept_effects_are_those_of_the_kept_tables(effects):
 @pytest.mark.parametrize("name", ["", *BESIDE])
 def test_all_kept_effects_are_those_of_the_kept_tables(effects, name):
     study_name = name.removeprefix("-") or "paper"
-    experiments = folder_of(study_name) if name else KEPT / "experiments"
+    experiments = folder_of(study_name) if name else RESEARCH / "experiments"
     results = findings(
         runs_of(study_name), experiments, selected=SELECTED if "calib" in name else ()
     )

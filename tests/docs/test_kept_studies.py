@@ -17,6 +17,7 @@ from tegotae.systems.legged import random_phases
 from tegotae.training.curves import read_curves
 
 KEPT = DOCS / "_static"
+RESEARCH = DOCS.parent / "research"
 
 
 def column(table: dict, name: str) -> np.ndarray:
@@ -27,7 +28,7 @@ def column(table: dict, name: str) -> np.ndarray:
 
 
 def test_a_run_is_selected_by_the_selection_alone(study, monkeypatch, tmp_path):
-    evaluation = study("learned_legs_evaluate")
+    evaluation = study("learned_legs.evaluate")
     monkeypatch.setattr(evaluation, "TABLES", tmp_path)  # where there is no other table
     rows = ["cell,run,score", "AR,0,0.1", "AR,1,0.3", "AR,2,0.2", "VG,0,0.9"]
     (tmp_path / "selection.csv").write_text("\n".join(rows) + "\n")
@@ -35,7 +36,7 @@ def test_a_run_is_selected_by_the_selection_alone(study, monkeypatch, tmp_path):
 
 
 def test_the_releases_of_selection_test_and_training_are_others(study):
-    evaluation = study("learned_legs_evaluate")
+    evaluation = study("learned_legs.evaluate")
     selection, judged = (
         random_phases(4, count, seed)
         for count, seed in (
@@ -47,7 +48,7 @@ def test_the_releases_of_selection_test_and_training_are_others(study):
 
 
 def test_a_score_is_the_fitness_of_the_training_and_falls_come_last(study):
-    evaluation = study("learned_legs_evaluate")
+    evaluation = study("learned_legs.evaluate")
     speed = np.array([[0.2, 0.2], [0.2, 0.2], [0.2, np.nan]])
     cost = evaluation.baseline_cost(np.array(0.2)) * np.array(
         [[1.0, 1.0], [0.5, 0.5], [0.5, np.nan]]
@@ -64,9 +65,9 @@ def test_a_score_is_the_fitness_of_the_training_and_falls_come_last(study):
 
 
 def test_the_tables_of_learned_legs_follow_from_the_kept_rows(study):
-    report = study("learned_legs_report")
+    report = study("learned_legs.report")
     rows, disturbed = report.table("range"), report.table("disturbed")
-    folder = KEPT / "learned_legs"
+    folder = RESEARCH / "learned_legs"
     assert (folder / "range.md").read_text() == report.by_family(rows, disturbed)
     assert (folder / "robust.md").read_text() == report.robust(rows, disturbed)
 
@@ -91,7 +92,9 @@ def test_the_tables_of_go1_follow_from_the_kept_rows():
 
 
 def test_the_table_of_the_walkers_cost_is_the_kept_one(study):
-    assert (KEPT / "gaits" / "walker_cost.md").read_text() == study("walker_cost").table_text()
+    assert (KEPT / "gaits" / "walker_cost.md").read_text() == study(
+        "gaits.walker_cost"
+    ).table_text()
 
 
 def test_two_axes_that_are_netted_cost_less_than_each_by_itself():
@@ -111,7 +114,7 @@ def test_every_page_of_walkers_costs_says_what_is_counted(name):
 
 
 def test_v_never_rises_without_an_even_part_and_sometimes_with_one(study, monkeypatch):
-    lightest = study("lightest_mode")
+    lightest = study("gaits.lightest_mode")
     monkeypatch.setattr(lightest, "RANDOM_STATES", 4000)
     assert lightest.rises(0.0) == 0.0
     assert 0.0 < lightest.rises(0.5) < lightest.rises(2.0) < 0.2
@@ -121,8 +124,8 @@ def test_v_never_rises_without_an_even_part_and_sometimes_with_one(study, monkey
 
 
 def test_the_comparison_of_fig_3_follows_from_its_curves(study):
-    folder = KEPT / "experiments"
-    assert (folder / "figure3.md").read_text() == study("figure3").text(
+    folder = RESEARCH / "experiments"
+    assert (folder / "figure3.md").read_text() == study("experiments.figure3").text(
         read_curves([folder / "figure3.csv"])
     )
 
@@ -140,7 +143,7 @@ LIMIT = 1.296
     ],
 )
 def test_numbers_above_the_physical_limit_are_not_shown_without_a_word(name, file, name_of_column):
-    largest = np.nanmax(column(read_csv(KEPT / "experiments" / file), name_of_column))
+    largest = np.nanmax(column(read_csv(RESEARCH / "experiments" / file), name_of_column))
     if largest > LIMIT:
         assert f"Values above {LIMIT:g} m/J" in prose(name)
         assert "still settling" in prose(name)
@@ -150,15 +153,15 @@ def test_numbers_above_the_physical_limit_are_not_shown_without_a_word(name, fil
 
 
 def test_the_table_of_what_is_possible_is_the_kept_one(study):
-    possible = study("physical_limit")
-    assert (KEPT / "generalisation" / "possible.md").read_text() == possible.text()
-    table = read_csv(KEPT / "generalisation" / "possible.csv")
+    possible = study("generalisation.physical_limit")
+    assert (RESEARCH / "generalisation" / "possible.md").read_text() == possible.text()
+    table = read_csv(RESEARCH / "generalisation" / "possible.csv")
     cases = zip(table["condition"], *(column(table, n) for n in ("level", "omega")), strict=True)
     assert list(cases) == list(possible.cases())
 
 
 def test_a_gait_exists_under_every_condition_and_none_is_above_its_bound():
-    table = read_csv(KEPT / "generalisation" / "possible.csv")
+    table = read_csv(RESEARCH / "generalisation" / "possible.csv")
     best, bound = column(table, "cot_inverse"), column(table, "upper_bound")
     assert np.isfinite(best).all()
     assert np.all(np.isnan(bound) | (best <= 1.0001 * bound))
@@ -169,7 +172,7 @@ def test_a_gait_exists_under_every_condition_and_none_is_above_its_bound():
 
 
 def test_the_page_says_by_how_much_a_finer_search_beats_the_kept_optimum(study):
-    finer = study("finer_optimum")
+    finer = study("experiments.finer_optimum")
     assert (KEPT / "figures" / "optimum.finer.md").read_text() == finer.text()
     ratio = column(read_csv(KEPT / "figures" / "optimum.finer.csv"), "ratio")
     assert f"better by up to {100.0 * (ratio.max() - 1.0):.2f} %" in prose(
@@ -182,7 +185,7 @@ def test_the_page_says_by_how_much_a_finer_search_beats_the_kept_optimum(study):
 
 
 def test_the_table_of_both_readings_follows_from_the_tables_of_their_studies(study):
-    two_readings = study("two_readings")
+    two_readings = study("experiments.two_readings")
     summaries = two_readings.estimates_of_readings()
     assert (KEPT / "study-calibrated" / "two_readings.md").read_text() == two_readings.text(
         summaries
@@ -203,29 +206,22 @@ def test_the_table_of_both_readings_follows_from_the_tables_of_their_studies(stu
 def test_every_kept_table_of_the_hopper_names_its_engine():
     """A table that no row names, or a row without a table, is a line that was forgotten."""
     patterns = re.findall(r"^\| `([^`]+)`", (DOCS / "reproduction" / "tables.md").read_text(), re.M)
-    folders = (
-        "study",
-        "study-calibrated",
-        "calibration",
-        "multiverse",
-        "experiments",
-        "oscillators",
-        "generalisation",
-    )
-    paths = [
-        *KEPT.glob("*.csv"),
-        *(path for name in folders for path in (KEPT / name).glob("*.csv")),
-    ]
-    names = [path.relative_to(KEPT).as_posix() for path in paths]
+    names = []
+    for root, folders in (
+        (KEPT, (".", "study", "study-calibrated", "multiverse")),
+        (RESEARCH, ("calibration", "convergence", "experiments", "generalisation", "oscillators")),
+    ):
+        paths = [path for name in folders for path in (root / name).glob("*.csv")]
+        names += [path.relative_to(root).as_posix() for path in paths]
     assert [n for n in names if not any(fnmatch.fnmatch(n, p) for p in patterns)] == []
-    assert [p for p in patterns if not list(KEPT.glob(p))] == []
+    assert [p for p in patterns if not [*KEPT.glob(p), *RESEARCH.glob(p)]] == []
 
 
 # Lost legs
 
 
 def test_no_vanilla_walker_goes_on_with_a_margin_below_a_tenth():
-    table = read_csv(KEPT / "lost_leg" / "bodies.csv")
+    table = read_csv(RESEARCH / "lost_leg" / "bodies.csv")
     margin, walks = column(table, "margin"), column(table, "walks_on")
     assert (walks[margin < 0.1] == 0).all()
     moved = np.asarray(table["body"], str) == "C, quick, mass moved"
@@ -237,7 +233,7 @@ def test_no_vanilla_walker_goes_on_with_a_margin_below_a_tenth():
 
 
 def test_laws_that_react_go_on_without_any_leg_and_the_page_says_in_how_many_starts():
-    table = read_csv(KEPT / "lost_leg" / "reacting.csv")
+    table = read_csv(RESEARCH / "lost_leg" / "reacting.csv")
     body, run = (np.asarray(table[name], str) for name in ("body", "run"))
     walks = column(table, "walks_on")
     assert (walks[body == "no reaction"] == 0).all()
@@ -250,7 +246,7 @@ def test_laws_that_react_go_on_without_any_leg_and_the_page_says_in_how_many_sta
 
 
 def test_no_law_shifts_a_foot_further_than_is_allowed_and_sides_are_mirror_images(study):
-    laws = study("lost_leg_laws")
+    laws = study("lost_leg.laws")
     law = laws.Law("a", "a law", EllipticFoot(), ("pitch", "roll"), 3, "place")
     x = np.random.default_rng(0).normal(size=(50, law.size)) * 5.0
     legs = law.weights(x, 1.9).reshape(50, 4, law.unit)  # LF, RF, LH, RH
@@ -267,7 +263,7 @@ def test_no_law_shifts_a_foot_further_than_is_allowed_and_sides_are_mirror_image
 
 @pytest.mark.parametrize(("steps", "harmonics"), [(1, 5), (2, 3), (4, 3)])
 def test_a_gait_is_the_same_in_a_larger_space(study, steps, harmonics):
-    gaits = study("legs_limit_gaits")
+    gaits = study("legs_limit.gaits")
     small, large = gaits.Space("free", 1, 3), gaits.Space("free", steps, harmonics)
     x = small.random(np.random.default_rng(1)) + 0.3
     feet = [

@@ -16,7 +16,7 @@ PROGRAMS = (
     "src",
     "research/reproduction",
     "research/benchmarks",
-    "research/studies/tuning",
+    "research/tuning",
     "apps",
 )
 FILES = sorted(file for folder in PROGRAMS for file in (ROOT / folder).rglob("*.py"))

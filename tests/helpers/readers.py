@@ -21,7 +21,7 @@ from programs import main, words_of
 
 LEFT_OUT = (
     *("pip ", "apt-get ", "make "),  # which change more than the reader's folder
-    "python research/studies/live_latency.py",
+    "python -m research.robots.live_latency",
     *(
         "python -m research.reproduction",
         "tegotae models 'mine.npz",

@@ -7,7 +7,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from research.studies.tuning import (
+from research.tuning import (
     SPACES,
     Space,
     TuningTask,

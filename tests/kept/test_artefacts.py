@@ -44,7 +44,7 @@ def test_a_row_has_files_and_a_command_that_is_there(row: Artefact):
 
 def test_what_a_command_runs_is_found_through_its_imports():
     reached = closure([ROOT / "research" / "studies" / "walker_cost.py"])
-    assert {"research/studies/walker_cost.py", "src/tegotae/parts/bodies/base.py"} <= reached
+    assert {"research/gaits/walker_cost.py", "src/tegotae/parts/bodies/base.py"} <= reached
 
 
 def test_comments_and_docstrings_are_no_change_of_code():

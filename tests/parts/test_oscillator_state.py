@@ -7,8 +7,8 @@ import dataclasses
 import jax
 import numpy as np
 import pytest
-
 from oscillators import LearnedAmplitude, Relaxation
+
 from tegotae import Controller, Hopper, Rollout, Scenario, TegotaeError, Timing, check
 from tegotae.analysis.orbit import find_orbit
 from tegotae.analysis.phase_response import measure_phase_response

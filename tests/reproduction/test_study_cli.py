@@ -271,7 +271,7 @@ def test_outcomes_of_another_study_and_of_each_budget_stand_beside(smoke_study, 
     budgets = [f"{row},{episodes}" for episodes in (1280, 5120) for row in rows]
     (tmp_path / "budgets.csv").write_text("\n".join([f"{head},training_budget", *budgets]))
     words = ["--budgets", str(tmp_path / "budgets.csv"), "--beside", str(table)]
-    words += ["--experiments", str(ROOT / "docs" / "_static" / "experiments")]
+    words += ["--experiments", str(ROOT / "research" / "experiments")]
     out = tmp_path / "out"
     assert main(["reproduction", "claims", str(table), "--out", str(out), *words]) == 0
     heads = [row for row in (out / "claims.md").read_text().splitlines() if "| Outcome |" in row]

@@ -180,7 +180,7 @@ def test_the_kept_rows_are_those_of_the_page_and_of_five_kinds():
 
 
 def test_the_table_of_the_page_follows_from_the_kept_rows(study, monkeypatch, tmp_path):
-    benchmark = study("benchmark")
+    benchmark = study("benchmarks.scores")
     monkeypatch.setattr(benchmark, "OUT", tmp_path)
     benchmark.report()
     page = ROOT / "docs/_static/benchmark/scores.md"

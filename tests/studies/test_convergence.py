@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 def test_the_errors_of_the_zoos_trained_laws_are_measured(study, monkeypatch):
-    convergence = study("convergence")
+    convergence = study("convergence.run")
     monkeypatch.setattr(convergence, "DESIGNS", ("AR-rF-both",))
     monkeypatch.setattr(convergence, "LEARNED_RUNS", (0,))
     monkeypatch.setattr(convergence, "DURATION_S", 2.0)

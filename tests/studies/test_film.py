@@ -14,7 +14,7 @@ TINY = {"scenes": ("hop",), "width": 160, "seconds": 1.0, "fps": 5.0}
 
 
 def test_a_scene_plays_as_long_as_promised_and_is_made_once(study, monkeypatch, tmp_path):
-    film = study("film")
+    film = study("films.film")
     film.Film(tmp_path, **TINY).run()
     with Image.open(tmp_path / "film.webp") as film_image:
         assert film_image.size == (160, 90)
@@ -29,7 +29,7 @@ def test_a_scene_plays_as_long_as_promised_and_is_made_once(study, monkeypatch, 
 
 
 def test_scenes_are_joined_one_after_the_other(study, tmp_path):
-    film = study("film")
+    film = study("films.film")
     for name, colours in {"red": ("#800", "#f00"), "blue": ("#008", "#00f", "#88f")}.items():
         first, *later = (Image.new("RGB", (32, 18), colour) for colour in colours)
         first.save(
@@ -44,14 +44,14 @@ def test_scenes_are_joined_one_after_the_other(study, tmp_path):
 
 
 def test_an_unknown_scene_is_an_error_before_anything_is_made(study, tmp_path):
-    film = study("film")
+    film = study("films.film")
     with pytest.raises(TegotaeError, match=r"no scene is called 'hopp'; did you mean hop"):
         film.Film(tmp_path / "there", scenes=("hop", "hopp")).run()
     assert not (tmp_path / "there").exists()
 
 
 def test_a_scene_whose_robot_is_missing_is_named_and_left_out(study, monkeypatch, tmp_path, capsys):
-    film = study("film")
+    film = study("films.film")
     monkeypatch.setattr(film.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(TegotaeError, match="no scene is left"):
         film.Film(tmp_path, scenes=("go1",)).run()

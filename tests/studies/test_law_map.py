@@ -12,7 +12,7 @@ from tegotae.systems.models import find
 
 @pytest.mark.thorough
 def test_a_small_map_is_whole_holds_tegotaes_law_and_is_measured_once(study, monkeypatch, tmp_path):
-    laws, law_map = study("law_map_laws"), study("law_map")
+    laws, law_map = study("law_map.laws"), study("law_map.run")
     small = law_map.LawMap(
         laws=32, subjects=("study",), sample=8, seeds=0, dir=tmp_path / "map", out=tmp_path / "out"
     )
@@ -40,7 +40,7 @@ def test_a_small_map_is_whole_holds_tegotaes_law_and_is_measured_once(study, mon
 
 @pytest.mark.parametrize("form", ["load", "latch", "decay"])
 def test_a_shape_lies_in_the_map_where_it_was_drawn(study, form):
-    laws = study("law_map_laws")
+    laws = study("law_map.laws")
     drawn, phases = laws.drawn("quadruped", form, 64, 64)
     height = laws.height_of(form, drawn.shape)
     assert phases.shape == (4, 64)

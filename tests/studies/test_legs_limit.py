@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from places import ROOT
-from research.studies.legs_limit_known import bound, limit, limit_share, limit_table, stance_loss_j
+from research.legs_limit.known import bound, limit, limit_share, limit_table, stance_loss_j
 from tegotae import TegotaeError
 from tegotae._support.tables import read_csv
 from tegotae.measures.fronts import front
@@ -120,7 +120,7 @@ def test_no_vanilla_walker_of_the_front_is_below_the_limit():
 
 
 def test_no_learned_walker_that_is_kept_is_below_the_limit_of_what_its_feet_may_do():
-    table = read_csv(ROOT / "docs" / "_static" / "learned_legs" / "range.csv")
+    table = read_csv(ROOT / "research" / "learned_legs" / "range.csv")
     cells = np.asarray(table["cell"], str)
     speed, cost = (
         np.array([float(c) if str(c) else np.nan for c in table[name]])

@@ -10,7 +10,7 @@ pytest.importorskip("mujoco")
 
 
 def test_panels_stand_side_by_side_for_as_long_as_all_have_pictures(tmp_path, monkeypatch, study):
-    films = study("robots_films")
+    films = study("films.robots")
     shades = np.arange(0, 250, 25, dtype=np.uint8)
     frames = [np.full((30, 40, 3), shade, np.uint8) for shade in shades]
     films.write(tmp_path / "two.webp", {"a_b": frames, "c": frames[:6]})

@@ -17,7 +17,7 @@ import toy_tuning
 from inline import InlineWorkers
 from places import ROOT
 from programs import main
-from research.studies.tuning import (
+from research.tuning import (
     SPACES,
     TuningTask,
     describe,
@@ -25,9 +25,9 @@ from research.studies.tuning import (
     tune,
     tuner,
 )
-from research.studies.tuning.command import task_of
-from research.studies.tuning.record import confirmation, ranking, tried_first
-from research.studies.tuning.spaces.population import evolved
+from research.tuning.command import task_of
+from research.tuning.record import confirmation, ranking, tried_first
+from research.tuning.spaces.population import evolved
 from tegotae import TegotaeError, Timing
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.simulation import native
@@ -331,7 +331,7 @@ def test_every_configuration_of_the_package_says_how_it_was_found(name):
     saved = configuration(name)
     assert isinstance(saved.settings, learner(saved.algorithm))
     if name == "pgpe":  # not by a search, but by a comparison that a page shows
-        assert "research/studies/plateau.py" in saved.found["about"]
+        assert "research/experiments/plateau.py" in saved.found["about"]
         return
     record = saved.found
     assert record["trials"]["complete"] > 0

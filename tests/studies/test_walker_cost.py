@@ -7,7 +7,7 @@ import pytest
 
 
 def test_the_work_of_each_axis_of_a_leg_is_counted_by_itself(study):
-    walker_cost = study("walker_cost")
+    walker_cost = study("gaits.walker_cost")
     force_n = tuple(jnp.full((4, 1), x, "float32") for x in (1.0, 0.0, 1.0))
     rate = jnp.stack([jnp.full((4, 1), x, "float32") for x in (0.1, -0.1)])
     netted, by_axis = (

@@ -187,7 +187,7 @@ def test_half_an_animation_is_not_kept(tmp_path, error):
 
 def test_a_tuning_that_fails_leaves_its_storage_free_for_another(tmp_path):
     pytest.importorskip("optuna")
-    from research.studies.tuning.storage import opened
+    from research.tuning.storage import opened
 
     path = tmp_path / "s"
     with pytest.raises(TegotaeError, match="a failure"), opened(path, {"algorithm": "pgpe"}):
@@ -224,7 +224,7 @@ def test_a_tuning_that_fails_leaves_its_storage_free_for_another(tmp_path):
 )
 def test_a_journal_with_entries_of_a_wrong_type_is_refused_in_one_line(tmp_path, line):
     pytest.importorskip("optuna")
-    from research.studies.tuning.storage import opened
+    from research.tuning.storage import opened
 
     path = tmp_path / "s"
     path.write_text(line + "\n")

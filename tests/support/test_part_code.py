@@ -12,8 +12,8 @@ import pytest
 from research.reproduction import runner
 from research.reproduction.folder import Folder
 from research.reproduction.plan import plan
-from research.studies.tuning import TuningTask
-from research.studies.tuning.storage import opened
+from research.tuning import TuningTask
+from research.tuning.storage import opened
 from tegotae import TegotaeError
 from tegotae._support.documents import differing
 from tegotae._support.part_code import code_of_file

@@ -10,8 +10,8 @@ import tiny
 from programs import main
 from research.reproduction.folder import Folder
 from research.reproduction.plan import plan
-from research.studies.tuning import TuningTask
-from research.studies.tuning.storage import opened
+from research.tuning import TuningTask
+from research.tuning.storage import opened
 from tegotae import TegotaeError
 from tegotae._support.workplace import (
     GENERALISATION,

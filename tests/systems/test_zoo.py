@@ -16,6 +16,7 @@ import pytest
 from pages import blocks
 from places import ROOT
 from programs import main
+from prose_numbers import kept_file
 from research.reproduction.folder import Folder
 from research.reproduction.zoo import ZooEntry, core, write_archive
 from tegotae import TegotaeError
@@ -286,7 +287,6 @@ def test_every_name_of_the_package_means_one_controller():
         np.testing.assert_array_equal(load(study).weights, saved.weights)
 
 
-STATIC = ROOT / "docs" / "_static"
 OF_TABLES = {
     "paper": ("study/paper", "model", "run", {"fitness": "best_fitness"}),
     "core": ("study/paper", "model", "run", {"fitness": "best_fitness"}),
@@ -302,7 +302,7 @@ fields."""
 def test_the_zoos_controllers_are_the_runs_of_the_studys_table(study):
     name, models, runs, columns = OF_TABLES[study]
     zoo = open_zoo(FOLDER / f"{study}.npz")
-    table = pd.read_csv(STATIC / f"{name}.csv").drop_duplicates([models, runs])
+    table = pd.read_csv(kept_file(f"{name}.csv")).drop_duplicates([models, runs])
     for model in zoo.models:
         rows = table[table[models].isin([model, model.partition("@")[0]])].sort_values(runs)
         for of_zoo, of_table in columns.items():
@@ -320,7 +320,7 @@ LEARNED = [name for name, model in all_models().items() if model.learned_terms]
 )
 def test_evaluating_the_zoos_controllers_gives_the_studys_table(model):
     found = evaluated(f"zoo:paper:{model}/all")["cot_inverse"]
-    table = pd.read_csv(STATIC / "study" / "paper.csv").query("model == @model")
+    table = pd.read_csv(kept_file("study/paper.csv")).query("model == @model")
     np.testing.assert_allclose(found, table.sort_values("run").cot_inverse, rtol=1e-4)
 
 

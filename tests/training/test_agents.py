@@ -16,7 +16,7 @@ import pytest
 torch = pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")
 
-from research.studies.tuning import SPACES, TuningTask  # noqa: E402
+from research.tuning import SPACES, TuningTask  # noqa: E402
 from tegotae import (  # noqa: E402
     Hopper,
     Rollout,

@@ -47,7 +47,7 @@ class HillClimb(Algorithm):
     """The settings."""
 
     NAME = "hill-climb"  # what commands and documents call it
-    FIRST = {"step": 0.2}  # noqa: RUF012 - what `python -m research.studies.tuning` tries first
+    FIRST = {"step": 0.2}  # noqa: RUF012 - what `python -m research.tuning` tries first
 
     population: int = 16
     step: float = 0.2
@@ -62,5 +62,5 @@ class HillClimb(Algorithm):
 
     @staticmethod
     def suggest(trial) -> "HillClimb":
-        """What `python -m research.studies.tuning` may try."""
+        """What `python -m research.tuning` may try."""
         return HillClimb(step=trial.suggest_float("step", 0.01, 1.0, log=True))

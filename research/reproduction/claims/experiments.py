@@ -124,13 +124,13 @@ EXPERIMENTS = (
         ("figure3.csv", "figure3_gaits.csv"),
         "figure3.png",
         "CoT⁻¹ in the course of training, by algorithm (Fig. 3 of the paper)",
-        "python research/studies/figure3.py --tables {folder}",
+        "python -m research.experiments.figure3 --tables {folder}",
     ),
     KeptExperiment(
         ("parameter_limit.csv",),
         "parameter_limit.png",
         "Fitness over the number of trained parameters",
-        "python research/studies/parameter_limit.py --out {folder}",
+        "python -m research.experiments.parameter_limit --out {folder}",
     ),
     KeptExperiment(
         (RIDGES, RESONANCES, LOSSES),
@@ -147,7 +147,7 @@ def command_for(table: str, folder: Path | None = None) -> str:
 
     Example:
         >>> command_for("parameter_limit.csv")
-        'python research/studies/parameter_limit.py --out experiments'
+        'python -m research.experiments.parameter_limit --out experiments'
     """
     match = next(experiment for experiment in EXPERIMENTS if table in experiment.tables)
     return match.command.format(folder=folder or "experiments")

@@ -17,7 +17,7 @@ from tegotae_robots.benchmark.scoring import scored
 from tegotae_robots.benchmark.subject import MOST_CPU_S, TRACKS, Subject, summary
 
 KEPT = Path(__file__).with_name("benchmark.csv")
-"""The scores of the entries of this package (`research/studies/benchmark.py`)."""
+"""The scores of the entries of this package (`research/benchmarks/scores.py`)."""
 
 
 def _subject(name: str) -> Subject:

@@ -1,6 +1,6 @@
 """The learning algorithms by name, the package's and users', and settings found by tuning.
 
-Each named configuration is a file of this folder, as `python -m research.studies.tuning --keep`
+Each named configuration is a file of this folder, as `python -m research.tuning --keep`
 writes it.
 """
 
@@ -68,7 +68,7 @@ class Configuration:
     """Its settings."""
     found: Mapping[str, object]
     """Origin of the settings: the problem, the number of trials, the score; see
-    `research.studies.tuning.describe`."""
+    `research.tuning.describe`."""
 
 
 def configuration_names() -> list[str]:
@@ -89,7 +89,7 @@ def configuration(name: str) -> Configuration:
 
 
 def load_configuration(file: Path | str | Traversable) -> Configuration:
-    """A configuration that `python -m research.studies.tuning --keep` wrote.
+    """A configuration that `python -m research.tuning --keep` wrote.
 
     Raises:
         TegotaeError: if the file cannot be read, or holds no settings of a known algorithm.

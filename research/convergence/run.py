@@ -1,0 +1,369 @@
+"""Compare integrators and control periods: apex errors against an adaptive solver.
+
+    python -m research.convergence.run
+    python -m research.convergence.run learned
+
+writes `convergence.csv` (every case), `convergence_largest.csv` (the largest errors) and
+`convergence.png` beside it. It takes about two minutes, nearly all of it in the adaptive
+solver. The second command writes `convergence_learned.csv`, of trained laws of each architecture;
+it takes about as long.
+
+The cases are the vanilla controllers of the paper, sector and reflex, at ω 4 ... 8 rad/s and σ from
+1 to 8 rad/(s N), released from 1.2 m, for 20 s. The error of a case is the largest over its hops.
+
+How sensitive a case is, is measured by a release 1e-7 m higher, and by an oscillator faster by a
+share of 1e-7: its amplification is by how much more than 1e-7 m an apex then moves. Regular cases
+amplify by at most 30, and count; chaotic ones by more than 1000, and show nothing about
+integrators; sensitive ones lie between, and are counted apart.
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+from dataclasses import dataclass
+from math import cos, pi, sin, sqrt
+from pathlib import Path
+
+import numpy as np
+
+import tegotae
+from tegotae.measures.hopping.hopping import hop_height_m
+from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.oscillators import PhaseOscillator
+from tegotae.parts.terms import (
+    ConstantGain,
+    Network,
+    Reflex,
+    Sector,
+    VanillaAction,
+    VanillaReaction,
+)
+from tegotae.simulation.integrators import (
+    Hold,
+    Integrator,
+    Moment,
+    PredictorCorrector,
+    held,
+    moved,
+    phase_of,
+)
+from tegotae.systems.controller_file import load
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
+
+from oracle import Law, fly, network, vanilla  # noqa: E402
+
+OMEGAS = (4.0, 5.0, 6.0, 7.0, 8.0)
+SIGMAS = (1.0, 2.753, 4.0, 6.0, 8.0)
+TICKS_S = (0.0005, 0.001, 0.002, 0.004)
+DURATION_S = 20.0
+ACTUATIONS = {"sector": Sector(), "reflex": Reflex()}
+DESIGNS = (
+    *("VG-gF-both", "VT-tphif", "VGT-gF-tphif", "AR-rF-both", "ART-rF-tphif"),
+    *("ARG-rF-gF-both", "ARGT-rF-gF-tphif"),
+)
+"""A design of each architecture, on the spring force, its actuation on phase and feedback."""
+LEARNED_RUNS = (0, 1)
+"""Runs of each design at 4 and 8 rad/s in the study's zoo."""
+LEARNED_TICKS_S = (0.0005, 0.001, 0.002)
+PERTURBATION = 1e-7
+REGULAR = 30.0
+CHAOTIC = 1000.0
+"""Largest amplification of a regular case, and least of a chaotic one."""
+ASKED_M = 1e-3
+"""The accuracy that the project asks for."""
+TOP_MM = 1000.0
+"""The figure's upper edge."""
+
+
+@dataclass(frozen=True)
+class Heun(Integrator):
+    """Heun's method in PECE form, as a textbook has it: two controller evaluations per tick."""
+
+    def tick(self, setting, moment):
+        """Advance by one tick; see `Integrator.tick`."""
+        controller, body, *_, ground_m, tick_s = setting
+        first = moment.drive
+        phase = phase_of(controller, moment.oscillator, first.feedback)
+        guess = held(moment.oscillator, first.rate, tick_s)
+        phase_guess = phase_of(controller, guess, first.feedback)
+        force = setting.push(first.command, phase, phase_guess)
+        body_guess, _ = body.advance(moment.body, force, ground_m, tick_s)
+        second = setting.drive(body_guess, guess)
+
+        oscillator = moved(
+            moment.oscillator, lambda a, b: 0.5 * tick_s * (a + b), first.rate, second.rate
+        )
+        phase_end = phase_of(controller, oscillator, first.feedback)
+        mean_force = 0.5 * (first.command + second.command)
+        force = setting.push(mean_force, phase, phase_end)
+        state, contact = body.advance(moment.body, force, ground_m, tick_s)
+        end = setting.drive(state, oscillator)
+        return Moment(state, oscillator, end, first), contact, force
+
+
+SCHEMES = {
+    "hold": Hold(),
+    "heun": Heun(),
+    "predictor-corrector": PredictorCorrector(),
+}
+EVALUATIONS = {"hold": 1, "heun": 2, "predictor-corrector": 1}
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Solution of a case by the adaptive solver."""
+
+    hops_m: np.ndarray
+    """Heights of its hops [m]."""
+    amplification: float
+    """Factor by which a small change of release or frequency grows within the case."""
+
+
+def reference(law: Law, omega: float) -> Reference:
+    """Solve a case, and once more from a release a little higher."""
+    flown = fly(law, omega=omega, duration=DURATION_S)
+    amplification = 0.0
+    for higher, faster in ((PERTURBATION, 0.0), (0.0, PERTURBATION)):
+        neighbour = fly(law, omega=omega * (1.0 + faster), height=1.2 + higher, duration=DURATION_S)
+        if len(flown.apex_height) != len(neighbour.apex_height):
+            amplification = np.inf
+            break
+        moved = np.abs(flown.apex_height - neighbour.apex_height).max(initial=0.0)
+        amplification = max(amplification, moved / PERTURBATION)
+    hops = flown.apex_height >= hop_height_m(1.0)
+    return Reference(flown.apex_height[hops], amplification)
+
+
+def kind(amplification: float) -> str:
+    """Return the kind of a case: regular, sensitive or chaotic."""
+    if amplification <= REGULAR:
+        return "regular"
+    return "sensitive" if amplification <= CHAOTIC else "chaotic"
+
+
+def apexes(actuation: str, integrator: Integrator, tick_s: float, dtype: str) -> np.ndarray:
+    """Apex heights [m] of all cases, shape [frames, cases]; NaN in frames without an apex."""
+    terms = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
+    rollout = tegotae.Rollout(
+        controller=Controller(ACTUATIONS[actuation], PhaseOscillator(), terms),
+        integrator=integrator,
+        timing=tegotae.Timing(duration_s=DURATION_S, tick_s=tick_s),
+        summary=_only_apexes,
+    )
+    omega, sigma = np.array([(w, s) for w in OMEGAS for s in SIGMAS]).T
+    return rollout.run(sigma[:, None], tegotae.Scenario(omega=omega), dtype=dtype)
+
+
+def _only_apexes(trajectory, scenario, body, timing):
+    return trajectory.apex_height_m
+
+
+def largest_error_m(heights: np.ndarray, expected: np.ndarray) -> float:
+    """Largest difference between the nth hops' heights [m]; infinite if hops were lost or added.
+
+    Errors in time make one scheme's window end just before a hop that the other still sees.
+    """
+    hops = heights[heights >= hop_height_m(1.0)]
+    if abs(len(hops) - len(expected)) > 1:
+        return np.inf
+    count = min(len(hops), len(expected))
+    return float(np.abs(hops[:count] - expected[:count]).max(initial=0.0))
+
+
+def study() -> list[dict]:
+    """Return a row per actuation, scheme, number type, tick and case that is not chaotic."""
+    cases = [(w, s) for w in OMEGAS for s in SIGMAS]
+    runs = [(scheme, tick_s, "float64") for scheme in SCHEMES for tick_s in TICKS_S]
+    runs += [("predictor-corrector", tick_s, "float32") for tick_s in TICKS_S]
+    rows = []
+    for actuation in ACTUATIONS:
+        expected = []
+        for i, case in enumerate(cases):
+            omega, sigma = case
+            expected.append(reference(vanilla(sigma, actuation), omega))
+            print(f"\r{actuation}: adaptive solver {i + 1}/{len(cases)}", end="", flush=True)
+        print()
+        for scheme, tick_s, dtype in runs:
+            heights = apexes(actuation, SCHEMES[scheme], tick_s, dtype)
+            rows += [
+                {
+                    "actuation": actuation,
+                    "scheme": scheme,
+                    "evaluations_per_tick": EVALUATIONS[scheme],
+                    "dtype": dtype,
+                    "tick_ms": 1e3 * tick_s,
+                    "omega_rad_per_s": omega,
+                    "sigma_rad_per_s_n": sigma,
+                    "amplification": solution.amplification,
+                    "kind": kind(solution.amplification),
+                    "hops": len(solution.hops_m),
+                    "largest_apex_error_mm": 1e3 * largest_error_m(heights[:, i], solution.hops_m),
+                }
+                for i, ((omega, sigma), solution) in enumerate(zip(cases, expected, strict=True))
+                if kind(solution.amplification) != "chaotic"
+            ]
+    return rows
+
+
+def learned(saved: tegotae.SavedController) -> Law:
+    """A trained law as the solver takes it, from the equations and the weights alone."""
+    controller, body, weights = saved.controller, saved.body, np.asarray(saved.weights, float)
+    parts = {role: weights[part] for role, part in controller.layout.items()}
+    weight_n = body.mass_kg * body.gravity_m_per_s2
+    rate = sqrt(body.gravity_m_per_s2 / body.rest_length_m)
+
+    def value(role: str, phase: float, spring: float, f: float = 0.0) -> float:
+        term = controller.terms[role]
+        if not isinstance(term, Network):
+            plain = {VanillaAction: -cos(phase), VanillaReaction: spring, ConstantGain: parts[role]}
+            return float(np.sum(plain[type(term)]))
+        read = {"sin_phase": sin(phase), "cos_phase": cos(phase)}
+        read |= {"spring_force": spring / weight_n, "feedback": f / rate}
+        return network(parts[role], tuple(read[name] for name in term.reads))
+
+    def feedback(phase: float, spring: float, v: float) -> float:
+        return np.prod([value(role, phase, spring) for role in ("action", "reaction", "gain")])
+
+    def force(phase: float, f: float, spring: float, v: float) -> float:
+        is_network = isinstance(controller.actuation, Network)
+        return value("actuation", phase, spring, f) if is_network else -min(0.0, f)
+
+    sector = None if isinstance(controller.actuation, Network) else (1.75 * pi, 1.85 * pi)
+    return Law(f"{saved.name} {weights.tolist()}", feedback, force, sector)
+
+
+def study_of_learned() -> list[dict]:
+    """Return a row per trained law that is not chaotic, number type and tick."""
+    runs = [(tick_s, "float64") for tick_s in LEARNED_TICKS_S] + [(0.001, "float32")]
+    rows = []
+    names = [f"{d}-w{w}/{run}" for d in DESIGNS for w in (4, 8) for run in LEARNED_RUNS]
+    for name in names:
+        saved = load(f"zoo:paper:{name}")
+        assert saved.omega is not None
+        solution = reference(learned(saved), saved.omega)
+        print(f"{name}: {kind(solution.amplification)}", flush=True)
+        for tick_s, dtype in runs:
+            rollout = tegotae.Rollout(
+                controller=saved.controller,
+                timing=tegotae.Timing(duration_s=DURATION_S, tick_s=tick_s),
+                summary=_only_apexes,
+            )
+            heights = rollout.run(saved.weights, tegotae.Scenario(omega=saved.omega), dtype=dtype)
+            rows.append(
+                {
+                    "architecture": name.partition("-")[0],
+                    "law": name,
+                    "dtype": dtype,
+                    "tick_ms": 1e3 * tick_s,
+                    "amplification": solution.amplification,
+                    "kind": kind(solution.amplification),
+                    "hops": len(solution.hops_m),
+                    "largest_apex_error_mm": 1e3 * largest_error_m(heights[:, 0], solution.hops_m),
+                }
+            )
+    return rows
+
+
+def errors_mm(rows: list[dict], **where) -> np.ndarray:
+    """Errors [mm] of the cases of some rows."""
+    matches = [r for r in rows if all(r[k] == v for k, v in where.items())]
+    return np.array([r["largest_apex_error_mm"] for r in matches])
+
+
+def summary(rows: list[dict]) -> list[dict[str, str]]:
+    """Largest error [mm] of every combination, a column per control period."""
+    keys = ("kind", "scheme", "dtype", "actuation")
+    table = []
+    for values in dict.fromkeys(tuple(r[k] for k in keys) for r in rows):
+        labels = dict(zip(keys, values, strict=True))
+        worst = {t: errors_mm(rows, tick_ms=1e3 * t, **labels).max() for t in TICKS_S}
+        cells = {
+            f"{1e3 * t:g} ms": "hops lost" if np.isinf(e) else f"{float(f'{e:.2g}'):g}"
+            for t, e in worst.items()
+        }
+        cases = len(errors_mm(rows, tick_ms=1e3 * TICKS_S[0], **labels))
+        table.append({**labels, "cases": str(cases), **cells})
+    return sorted(table, key=lambda row: row["kind"])
+
+
+def write_table(rows: list[dict], path: Path) -> None:
+    """A CSV file."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
+
+
+STYLES = {
+    ("hold", "float64"): ("held over the tick (1 evaluation)", "0.6", "s", ":"),
+    ("heun", "float64"): ("Heun (2 evaluations)", "0.4", "^", "--"),
+    ("predictor-corrector", "float64"): ("predictor-corrector (1 evaluation)", "0.0", "o", "-"),
+    ("predictor-corrector", "float32"): ("the same in float32", "0.0", "x", "none"),
+}
+"""Label, grey, marker and line of each curve."""
+
+
+def draw(rows: list[dict], path: Path) -> None:
+    """Worst (marked) and median (thin) error over the control period, a panel per actuation."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    with plt.rc_context({"font.size": 8, "axes.spines.top": False, "axes.spines.right": False}):
+        figure, axes = plt.subplots(1, 2, figsize=(7.0, 3.1), sharey=True, layout="constrained")
+        for axis, actuation in zip(axes, ACTUATIONS, strict=True):
+            regular = [r for r in rows if r["actuation"] == actuation and r["kind"] == "regular"]
+            _panel(axis, regular)
+            cases = {(r["omega_rad_per_s"], r["sigma_rad_per_s_n"]) for r in regular}
+            axis.set_title(f"{actuation} actuation, {len(cases)} regular cases", fontsize=8)
+        axes[0].set_ylabel("apex error in 20 s [mm]\nmarked: worst case, thin: median")
+        axes[0].annotate("1 mm asked", (0.5, 1.0), (0, 2), textcoords="offset points", color="0.5")
+        handles = axes[0].get_legend_handles_labels()
+        figure.legend(*handles, loc="outside lower center", ncols=2, frameon=False)
+        figure.savefig(path, dpi=200)
+
+
+def _panel(axis, rows: list[dict]) -> None:
+    ticks_ms = [1e3 * tick_s for tick_s in TICKS_S]
+    for (scheme, dtype), (label, grey, marker, line) in STYLES.items():
+        errors = [errors_mm(rows, scheme=scheme, dtype=dtype, tick_ms=t) for t in ticks_ms]
+        worst = [e.max() for e in errors]
+        axis.plot(ticks_ms, worst, color=grey, marker=marker, ls=line, label=label)
+        axis.plot(ticks_ms, [np.median(e) for e in errors], color=grey, ls=line, lw=0.7)
+        for tick_ms, error in zip(ticks_ms, worst, strict=True):
+            if np.isinf(error):
+                axis.text(tick_ms, TOP_MM, "hops\nlost", color=grey, ha="center", va="top")
+    axis.axhline(1e3 * ASKED_M, color="0.8", lw=0.8, zorder=0)
+    axis.set(xscale="log", yscale="log", xlabel="control period [ms]", ylim=(5e-4, TOP_MM))
+    axis.set_xticks(ticks_ms, [f"{t:g}" for t in ticks_ms])
+    axis.minorticks_off()
+
+
+def write_rows(rows: list[dict], path: Path) -> None:
+    """A table of cases, its measured numbers in four digits."""
+    measured = ("amplification", "largest_apex_error_mm")
+    write_table([{**row, **{key: f"{row[key]:.4g}" for key in measured}} for row in rows], path)
+
+
+def main() -> None:
+    """Run the study, write its tables and figure."""
+    folder = Path(__file__).parent
+    if sys.argv[1:] == ["learned"]:
+        write_rows(study_of_learned(), folder / "convergence_learned.csv")
+        return
+    rows = study()
+    write_rows(rows, folder / "convergence.csv")
+    largest = summary(rows)
+    write_table(largest, folder / "convergence_largest.csv")
+    draw(rows, folder / "convergence.png")
+    print("largest apex error [mm]:")
+    for row in largest:
+        print("  ".join(f"{value:10}" for value in row.values()))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,253 @@
+"""Measure how many parameters PGPE trains: 96 to 1024, with unchanged and with scaled settings.
+
+    python -m research.experiments.parameter_limit
+
+writes `parameter_limit.csv`, `parameter_limit_curves.csv` and `parameter_limit.png` to
+`research/experiments`, and prints a summary. The trainings are kept in
+`results/parameter_limit`: interrupted and called again, it goes on from there.
+
+One model is trained at every size, from random weights, with the fitness of all trainings
+(CoT⁻¹ + ΔΩ), each run to its plateau. Compared are three ways to choose PGPE's settings:
+
+- `as for 96`: those tuned for 96 parameters, whatever the size;
+- `scaled`: the same, but a standard deviation per weight that shrinks with the square root of their
+  number. A network's output is a sum over its neurons, so a deviation per weight changes it in
+  proportion to the square root of the number of weights. ClipUp's step is a length, that of the
+  whole step, and so needs no scaling;
+- `pgpelib`: the settings of that library's examples, which the paper may have started from.
+"""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import math
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import tyro
+
+from tegotae._support.files import output_folder
+from tegotae.cli.console import exit_status
+from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
+from tegotae.measures.objectives.objective import FAILED_FITNESS
+from tegotae.measures.statistics import Interval, difference, interval
+from tegotae.systems.grammar import BUDGET
+from tegotae.systems.models import find
+from tegotae.training.algorithms import PGPE
+from tegotae.training.evolution import Evolution, Stopping
+from tegotae.training.run import Run, train
+from tegotae.training.settings import tuned
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+SIZES = (96, 128, 256, 1024)
+LARGEST = {"as for 96": 256, "pgpelib": 256}
+"""Largest number of parameters of a rule: 1024 take as long as all the rest, and one rule is
+enough."""
+COLUMNS = (
+    *("way", "parameters", "population", "std", "learning_rate", "seed"),
+    *("untrained_fitness", "fitness", "cot_inverse_m_per_j"),
+)
+
+
+def as_for_96(size: int) -> PGPE:
+    """The tuned settings."""
+    return tuned("pgpe")
+
+
+def scaled(size: int) -> PGPE:
+    """The tuned settings, with a deviation for this many weights."""
+    settings = tuned("pgpe")
+    return dataclasses.replace(settings, std=settings.std * math.sqrt(BUDGET / size))
+
+
+def pgpelib(size: int) -> PGPE:
+    """Step sizes and deviation of pgpelib's examples, with the tuned population."""
+    return PGPE(
+        population=tuned("pgpe").population,
+        std=0.08,
+        std_lr=0.1,
+        learning_rate=0.075,
+        max_speed=0.15,
+    )
+
+
+WAYS: dict[str, Callable[[int], PGPE]] = {
+    "as for 96": as_for_96,
+    "scaled": scaled,
+    "pgpelib": pgpelib,
+}
+
+
+@dataclass(frozen=True)
+class Trained:
+    """The trainings of one size in one way."""
+
+    way: str
+    size: int
+    n_weights: int
+    settings: PGPE
+    episode_s: float
+    best: np.ndarray
+    """Fitness of the best distribution so far, shape [generations, seeds]; NaN if all failed."""
+    cot_inverse: np.ndarray
+    """CoT⁻¹ of the best distribution in the end [m/J], shape [seeds]."""
+
+    @property
+    def simulated_s(self) -> np.ndarray:
+        """Simulated time spent after each generation [s]."""
+        return np.arange(1, len(self.best) + 1) * self.settings.population * self.episode_s
+
+    @property
+    def untrained(self) -> Interval:
+        """Fitness of the random weights that the trainings start from."""
+        return interval(self.best[0])
+
+    @property
+    def fitness(self) -> Interval:
+        """Fitness in the end."""
+        return interval(self.best[-1])
+
+
+@dataclass(frozen=True)
+class ParameterLimit:
+    """Train, and write tables and figure."""
+
+    model: str = "ART-rF-tphif-w4"
+    """Model to train."""
+    sizes: tuple[int, ...] = SIZES
+    """Parameters."""
+    ways: tuple[str, ...] = tuple(WAYS)
+    """Rules by which PGPE's settings are chosen."""
+    seeds: int = 6
+    """Trainings of each."""
+    generations: int = 480
+    """Generations of a training at most."""
+    work: Path = Path("results/parameter_limit")
+    """Folder of the trainings."""
+    out: Path = DOCS.parent / "research" / "experiments"
+    """Folder of tables and figure."""
+
+    def run(self) -> None:
+        """Do it all."""
+        output_folder(self.out)
+        trainings = [
+            self._train(rule, size)
+            for size in self.sizes
+            for rule in self.ways
+            if size <= LARGEST.get(rule, size)
+        ]
+        write_tables(trainings, self.out)
+        save_figure(draw(trainings), self.out / "parameter_limit.png")
+        print_summary(trainings)
+
+    def _train(self, rule: str, size: int) -> Trained:
+        model, settings = find(self.model), WAYS[rule](size)
+        experiment = model.experiment(budget=size)
+        episode_s = experiment.timing.duration_s
+        stopping = Stopping(generations=self.generations)
+        run = Run(
+            experiment=experiment,
+            seeds=tuple(range(self.seeds)),
+            learner=Evolution(algorithm=settings, stopping=stopping),
+        )
+        folder = self.work / f"{model.name}-{size}-{rule.replace(' ', '-')}"
+        train(run, folder)
+        with (folder / "curves.csv").open() as stream:
+            rows = list(csv.DictReader(stream))
+
+        def column(name: str) -> np.ndarray:
+            """[generations, seeds]; NaN after a run's end."""
+            values = [[float(r[name]) for r in rows if int(r["seed"]) == s] for s in run.seeds]
+            longest = max(map(len, values))
+            return np.array([series + [np.nan] * (longest - len(series)) for series in values]).T
+
+        fitness = column("fitness")
+        # A rollout that failed has a fitness of minus a million, which says nothing in a mean.
+        fitness = np.where(fitness > 0.5 * FAILED_FITNESS, fitness, np.nan)
+        best = (np.nan_to_num(fitness, nan=FAILED_FITNESS).argmax(axis=0), np.arange(self.seeds))
+        return Trained(
+            rule,
+            size,
+            model.controller(size).n_weights,
+            settings,
+            episode_s,
+            np.fmax.accumulate(fitness, axis=0),
+            column("cot_inverse")[best],
+        )
+
+
+def write_tables(trainings: list[Trained], out: Path) -> None:
+    """`parameter_limit.csv`: a row per training; `parameter_limit_curves.csv`: means over seeds."""
+    with (out / "parameter_limit.csv").open("w", newline="", encoding="utf-8") as stream:
+        table = csv.writer(stream, lineterminator="\n")
+        table.writerow(COLUMNS)
+        for t in trainings:
+            s = t.settings
+            for seed in range(t.best.shape[1]):
+                numbers = np.nan_to_num([t.best[0, seed], t.best[-1, seed]], nan=FAILED_FITNESS)
+                numbers = (*numbers, t.cot_inverse[seed])
+                row = (t.way, t.n_weights, s.population, f"{s.std:.4g}", f"{s.learning_rate:.4g}")
+                table.writerow([*row, seed, *(f"{x:.5g}" for x in numbers)])
+    with (out / "parameter_limit_curves.csv").open("w", newline="", encoding="utf-8") as stream:
+        table = csv.writer(stream, lineterminator="\n")
+        table.writerow(["way", "parameters", "simulated_s", "fitness", "low", "high"])
+        for t in trainings:
+            for time_s, row in zip(t.simulated_s, t.best, strict=True):
+                i = interval(row)
+                numbers = (f"{x:.5g}" for x in (i.mean, i.low, i.high))
+                table.writerow([t.way, t.n_weights, f"{time_s:g}", *numbers])
+
+
+def draw(trainings: list[Trained]):
+    """Fitness over the number of parameters, and the learning curves of the scaled settings."""
+    with styled():
+        figure = new_figure(PAGE_IN, 2.6)
+        left_axes, right_axes = figure.subplots(1, 2)
+        for shift, rule in enumerate(dict.fromkeys(t.way for t in trainings)):
+            selection = [t for t in trainings if t.way == rule]
+            x = np.array([t.n_weights for t in selection]) * 1.04 ** (shift - 1)
+            i = [t.fitness for t in selection]
+            mean = np.array([estimate.mean for estimate in i])
+            errors = [
+                mean - [estimate.low for estimate in i],
+                [estimate.high for estimate in i] - mean,
+            ]
+            left_axes.errorbar(x, mean, errors, marker="os^"[shift], ms=3, capsize=2, label=rule)
+        first = {t.n_weights: t.untrained.mean for t in trainings}
+        left_axes.plot(list(first), list(first.values()), ":", color="0.5", label="untrained")
+        left_axes.axvline(128, color="0.8", lw=0.8, zorder=0)
+        left_axes.set(xscale="log", xlabel="parameters", ylabel="fitness", yscale="symlog")
+        left_axes.set_xticks(list(first), [str(n) for n in first])
+        left_axes.minorticks_off()
+        left_axes.legend()
+        drawn_rule = "scaled" if any(t.way == "scaled" for t in trainings) else trainings[0].way
+        for t in trainings:
+            if t.way == drawn_rule:
+                right_axes.plot(
+                    t.simulated_s / 1e3, np.nanmean(t.best, axis=1), label=f"{t.n_weights}"
+                )
+        right_axes.set(
+            xlabel="simulated time [1000 s]", title=f"settings {drawn_rule}", yscale="symlog"
+        )
+        right_axes.legend(title="parameters")
+    return figure
+
+
+def print_summary(trainings: list[Trained]) -> None:
+    """Fitness with its interval, and its difference to that of the smallest size."""
+    print("way         weights    std  untrained  fitness [95 %]             minus smallest size")
+    for t in trainings:
+        smallest = next(training for training in trainings if training.way == t.way)
+        i, d = t.fitness, difference(t.best[-1], smallest.best[-1])
+        print(
+            f"{t.way:12}{t.n_weights:7}{t.settings.std:7.3f}{t.untrained.mean:11.3f}"
+            f"{i.mean:9.4f} [{i.low:.4f}, {i.high:.4f}]{d.mean:12.4f} [{d.low:.4f}, {d.high:.4f}]"
+        )
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(tyro.cli(ParameterLimit).run))

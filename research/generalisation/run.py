@@ -1,0 +1,332 @@
+"""Measure the robustness of learned Tegotae: all models of a study under all disturbances.
+
+    python -m research.generalisation.run STUDY --out FOLDER
+    python -m research.generalisation.run --show    # what follows from the kept tables
+
+tries all runs of a study's models, goes on where it was stopped, and writes the tables and figures
+of docs/studies/generalisation.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from research.frame import write_rows, write_text
+from research.reproduction.plan import plan
+from tegotae._support.tables import read_csv
+from tegotae.analysis.generalisation.disturbances import CATALOGUE, Disturbance, Tested, Wind
+from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
+from tegotae.analysis.generalisation.run import (
+    MEASURES,
+    Done,
+    Retention,
+    generalise,
+    levels_survived,
+    margin,
+    margins,
+    retention_curve,
+)
+from tegotae.figures.generalisation import groups_figure
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
+from tegotae.parts.bodies import Body
+from tegotae.simulation.rollout import (
+    Scenario,
+    Timing,
+    Trajectory,
+)
+from tegotae.systems.models import all_models
+from tegotae.training.collection import read_runs
+
+KEPT = Path(__file__).parents[2] / "research" / "generalisation"
+GROUPS = ("V", "VG", "AR", "ART", "ARG", "ARGT", "T")
+"""Architectures with a line of their own; those that learn A or R alone are in the table."""
+
+LOOKED_AT = ("VG-gF-sector-w8", "AR-rF-reflex-w8", "ART-rF-tphif-w8", "T-Fv")
+"""Models of which is shown how far they press the leg."""
+STUDIED = tuple(x for x in CATALOGUE.values() if not isinstance(x, Wind))
+"""Disturbances of the kept tables, which are older than wind."""
+DEPLOYED = "AR-rF-reflex-w8"
+"""The model of docs/deploy/index.md."""
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Try, and write what docs/studies/generalisation.md shows."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("study", type=Path, nargs="?")
+    parser.add_argument("--out", type=Path)
+    parser.add_argument("--show", action="store_true", help="try nothing")
+    parser.add_argument("--only", type=int, default=None, help="so many models at most")
+    arguments = parser.parse_args(words)
+    if arguments.show:
+        show()
+        return
+    if arguments.study is None or arguments.out is None:
+        parser.error("needs a study's folder and --out, or --show")
+    disturbances = STUDIED
+    controllers = ordered(
+        [ControllersUnderTest.from_runs(runs) for runs in read_runs(arguments.study)]
+    )[: arguments.only]
+    results = generalise(controllers, disturbances, arguments.out)
+    tables(results)
+
+
+def ordered(controllers: Sequence[ControllersUnderTest]) -> list[ControllersUnderTest]:
+    """The plain models first, so that a stopped run has something of every architecture."""
+    plain = {experiment.name: i for i, experiment in enumerate(plan("quick").experiments)}
+    return sorted(controllers, key=lambda item: plain.get(item.name, len(plain)))
+
+
+def architecture(tested: Tested) -> str:
+    """The architecture of a set's model."""
+    return all_models()[tested.name].architecture
+
+
+def grouped(results: Sequence[Done]) -> dict[str, list[Done]]:
+    """Controllers by architecture, in the paper's order."""
+    groups: dict[str, list[Done]] = {}
+    for result in results:
+        groups.setdefault(architecture(result[0]), []).append(result)
+    return {name: groups[name] for name in sorted(groups, key=_place)}
+
+
+def _place(name: str) -> tuple[int, str]:
+    return (GROUPS.index(name) if name in GROUPS else len(GROUPS), name)
+
+
+def tables(results: Sequence[Done]) -> None:
+    """Write margins of models, margins of architectures, and the curves."""
+    disturbances = STUDIED
+    rows = [
+        {"model": tested.name, **m._asdict()}
+        for tested, outcome in results
+        for m in margins(outcome, disturbances)
+        if m.runs
+    ]
+    write_rows(KEPT / "margins.csv", rows, digits=3)
+    groups = grouped(results)
+    rows = [row for name in groups for row in of_group(name, groups[name], disturbances)]
+    write_rows(KEPT / "architectures.csv", rows, digits=3)
+    labelled = {f"{name} ({len(groups[name])})": groups[name] for name in GROUPS if name in groups}
+    save_figure(groups_figure(labelled, disturbances), KEPT / "curves.png")
+    moving = tuple(
+        dataclasses.replace(disturbance, measure="moves") for disturbance in disturbances
+    )
+    rows = [row for name in groups for row in of_group(name, groups[name], moving)]
+    write_rows(KEPT / "moving.csv", rows, digits=3)
+    save_figure(groups_figure(labelled, moving), KEPT / "moving.png")
+    by_name = {tested.name: tested for tested, _ in results}
+    write_rows(
+        KEPT / "edge.csv",
+        list(edge([by_name[name] for name in LOOKED_AT if name in by_name])),
+        digits=3,
+    )
+    deployed = {tested.name: outcome for tested, outcome in results}.get(DEPLOYED)
+    if deployed is not None:
+        write_text(KEPT / "deploy.md", deploy_text(deployed))
+    show()
+
+
+def show() -> None:
+    """Write the tables of the page, and the figure of the margins, from the kept tables."""
+    keeps, moves = rows_of(KEPT / "architectures.csv"), rows_of(KEPT / "moving.csv")
+    write_text(KEPT / "margins.md", pivoted(keeps, _bracket))
+    write_text(KEPT / "moving.md", pivoted(moves, _bracket))
+    write_text(KEPT / "kept.md", pivoted(keeps, _efficiency))
+    save_figure(margins_figure(moves, keeps), KEPT / "margins.png")
+
+
+def rows_of(file: Path) -> list[dict]:
+    """A kept table, its numbers as such."""
+    table = read_csv(file)
+    words = ("architecture", "condition", "side")
+    return [
+        {title: cell if title in words else float(cell or "nan") for title, cell in measure.items()}
+        for measure in (
+            dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)
+        )
+    ]
+
+
+def margins_figure(moves: Sequence[dict], keeps: Sequence[dict]) -> Figure:
+    """A panel a condition: up to which levels more than half of the runs hop, and keep their gait.
+
+    The open end of a bar leads to the next level, where half have failed; thin lines are 95 %
+    intervals over runs.
+    """
+    disturbances = [
+        disturbance
+        for disturbance in STUDIED
+        if disturbance.name in {row["condition"] for row in moves}
+    ]
+    columns = 3
+    with styled():
+        figure = new_figure(PAGE_IN, 1.6 * -(-len(disturbances) // columns) + 0.4)
+        axes = figure.subplots(-(-len(disturbances) // columns), columns, squeeze=False).ravel()
+        for ax, disturbance in zip(axes, disturbances, strict=False):
+            _margins(ax, disturbance, moves, position=-0.2, colour="0.75", label="hop")
+            _margins(
+                ax, disturbance, keeps, position=0.2, colour=COLOURS[0], label="keep their gait"
+            )
+            ax.axvline(disturbance.neutral, color="black", lw=0.8, ls=":", zorder=3)
+            ax.set_yticks(range(len(GROUPS)), GROUPS, size=7)
+            ax.set_ylim(len(GROUPS) - 0.4, -0.6)
+            ax.tick_params(axis="y", length=0)
+            ax.set_xlabel(
+                disturbance.label + (f" [{disturbance.unit}]" if disturbance.unit else "")
+            )
+        for ax in axes[len(disturbances) :]:
+            ax.set_axis_off()
+        handles, labels = axes[0].get_legend_handles_labels()
+        entries = dict(zip(labels, handles, strict=True))
+        entries["up to the next level, which half fail"] = Patch(fc="white", ec="0.4", lw=0.6)
+        entries["95 % interval of the end"] = Line2D([], [], color="black", lw=0.7)
+        entries["undisturbed"] = Line2D([], [], color="black", lw=0.8, ls=":")
+        title = "more than half of the runs, up to the end of the bar"
+        figure.legend(
+            list(entries.values()), list(entries), title=title, loc="outside lower center", ncols=5
+        )
+    return figure
+
+
+def _margins(
+    ax: Axes,
+    disturbance: Disturbance,
+    rows: Sequence[dict],
+    *,
+    position: float,
+    colour: str,
+    label: str,
+) -> None:
+    """The bars of one measure, an architecture each, and the intervals of their ends."""
+    levels = [disturbance.neutral, *disturbance.levels]
+    edges = min(levels), max(levels)
+    for row in rows:
+        if row["condition"] != disturbance.name or row["architecture"] not in GROUPS:
+            continue
+        y = GROUPS.index(row["architecture"]) + position
+        survived, failed, low, high = np.clip(
+            [row[name] for name in ("survived", "failed", "low", "high")], *edges
+        )
+        size = {"height": 0.34, "edgecolor": colour, "lw": 0.6}
+        ax.barh(
+            y,
+            survived - disturbance.neutral,
+            left=disturbance.neutral,
+            color=colour,
+            label=label,
+            **size,
+        )
+        ax.barh(y, failed - survived, left=survived, color="white", **size)
+        ax.plot([low, high], [y, y], color="black", lw=0.7, zorder=4)
+    room = 0.02 * (edges[1] - edges[0])
+    ax.set_xlim(edges[0] - room, edges[1] + room)
+
+
+def of_group(name: str, members: Sequence[Done], disturbances: Sequence[Disturbance]):
+    """Summarise an architecture: the margin over its runs, and the shares that it preserves."""
+    for disturbance in disturbances:
+        for below in (True, False):
+            if not (levels := disturbance.side(below)):
+                continue
+            mine = [(s, o) for s, o in members if disturbance.name not in o.left_out]
+            if not mine:
+                continue
+            survived = np.concatenate([levels_survived(o, disturbance, below) for _, o in mine])
+            limits = margin(disturbance, below, survived)._asdict()
+            row = {"architecture": name, "models": len(mine), **limits}
+            yield row | _shares(mine, disturbance.name, levels[0])
+
+
+def edge(controllers: Sequence[Tested]) -> Iterator[dict]:
+    """Measure leg compression and hopping height undisturbed: medians over runs [l0]."""
+    for tested in controllers:
+        timing = Timing(duration_s=20.0, tick_s=0.002, frame_s=0.002)
+        system = tested.controllers.system
+        rollout = system.rollout(_extremes, timing)
+        lowest, highest, failed = rollout.run(tested.weights, system.scenario(), tested.body)
+        yield {
+            "model": tested.name,
+            "runs": len(lowest),
+            "failed": int(failed.sum()),
+            "shortest_leg_l0": float(np.median(lowest)),
+            "highest_l0": float(np.median(highest)),
+        }
+
+
+def _extremes(trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing):
+    """Least and largest height in the second half, over the leg's length, and who failed."""
+    settled = trajectory.height_m[timing.n_frames // 2 :] / body.rest_length_m
+    return settled.min(axis=0), settled.max(axis=0), trajectory.failed[-1]
+
+
+def _shares(members: Sequence[Done], condition: str, level: float) -> dict[str, float]:
+    """Return the preserved shares at the first level, and the share that still hops at the last."""
+    shares: dict[str, list[np.ndarray]] = {"keeps": [], "moves": [], "efficiency": []}
+    for _, outcome in members:
+        table = outcome.table
+        rows = table[(table["condition"] == condition) & np.isclose(table["level"], level)]
+        shares["keeps"].append(rows["keeps"][rows["had"]])
+        shares["moves"].append(rows["moves"][rows["moved"]])
+        shares["efficiency"].append(rows["efficiency"][np.isfinite(rows["efficiency"])])
+    pooled = {name: np.concatenate(parts).astype(float) for name, parts in shares.items()}
+    result = {"first_level": level}
+    for name in MEASURES:
+        result[name] = float(pooled[name].mean()) if len(pooled[name]) else np.nan
+    efficiency = pooled["efficiency"]
+    result["efficiency"] = float(np.median(efficiency)) if len(efficiency) else np.nan
+    return result
+
+
+def deploy_text(outcome: Retention) -> str:
+    """Tabulate the disturbances of one model for docs/deploy/index.md, in Markdown."""
+    head = ("condition", "level", "still hop", "keep their limit cycle", "efficiency kept")
+    lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
+    for row in retention_curve(outcome).to_dict("records"):
+        if row["condition"] in ("delay", "noise", "lag", "strength"):
+            unit = f" {CATALOGUE[row['condition']].unit}".rstrip()
+            # Under noise no hop is like the last.
+            keeps = "–" if row["condition"] == "noise" else f"{row['keeps']:.2f}"
+            cells = (f"{row['level']:g}{unit}", f"{row['moves']:.2f}", keeps)
+            lines.append(f"| {row['condition']} | {' | '.join(cells)} | {row['efficiency']:.2f} |")
+    return "\n".join(lines) + "\n"
+
+
+def pivoted(rows: Sequence[dict], text_of: Callable[[dict], str]) -> str:
+    """A table in Markdown: a row a condition and side, a column an architecture."""
+    names = [name for name in GROUPS if any(row["architecture"] == name for row in rows)]
+    cells = {(row["condition"], row["side"], row["architecture"]): row for row in rows}
+    lines = [f"| condition | {' | '.join(names)} |", "|---" * (len(names) + 1) + "|"]
+    for disturbance in STUDIED:
+        for side, below in (("below", True), ("above", False)):
+            mine = [cells.get((disturbance.name, side, name)) for name in names]
+            if not any(mine):
+                continue
+            levels = disturbance.side(below)
+            arrow = f"{disturbance.neutral:g} → {levels[-1]:g}"
+            texts = ("–" if row is None else text_of(row) for row in mine)
+            lines.append(f"| {disturbance.name} {arrow} | {' | '.join(texts)} |")
+    return "\n".join(lines) + "\n"
+
+
+def _bracket(row: dict) -> str:
+    if np.isnan(row["survived"]):
+        return "–"
+    ends = f"{row['survived']:g} … {row['failed']:g}"
+    return ends if np.isfinite(row["failed"]) else "all"
+
+
+def _efficiency(row: dict) -> str:
+    return "–" if np.isnan(row["efficiency"]) else f"{row['efficiency']:.3g}"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,462 @@
+"""The kept limit, its tables and figures, from what the search has found."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from research.frame import write_rows, write_text
+from research.legs_limit.gaits import Space
+from research.legs_limit.known import FEET, KEPT, bound, limit_table
+from research.legs_limit.search import GAITS, kept_gaits, losses
+from research.legs_limit.strategies import Found
+from tegotae._support.tables import read_csv
+from tegotae.figures.gaits.style import by_side, gait_colour, gait_marker
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
+from tegotae.measures.fronts import front
+from tegotae.measures.gaits.lags import stances
+from tegotae.measures.gaits.names import nearest_pattern
+from tegotae.parts.bodies import Walker
+from tegotae.simulation.recorder import needing
+from tegotae.simulation.rollout import Timing
+from tegotae.systems.legged import system
+
+ROOT = Path(__file__).resolve().parents[2]
+TABLES = GAITS.parent
+FINE = Timing(duration_s=108.0, tick_s=0.004, frame_s=0.04)
+"""Timing of the kept rollouts: ticks of a third, three times as long."""
+TOP = 4
+"""Gaits of every speed that are simulated finely."""
+NAMES = system("quadruped-c").names
+Stages = dict[str, tuple[Space, np.ndarray, Found]]
+
+
+class Gait(NamedTuple):
+    """A gait that was found, simulated finely."""
+
+    stage: str
+    space: Space
+    target: float
+    x: np.ndarray
+    speed: float
+    cost: float
+    loss: float
+
+
+def report(stages: Stages, out: Path | None = None) -> None:
+    """Write all that is kept.
+
+    Args:
+        stages: by name, the space, the target speeds and the results.
+        out: folder for a report of these stages alone; else kept gaits stay until there is a
+            cheaper one, and so do learned walkers that are cheaper than the search.
+    """
+    tables, table = (TABLES, KEPT) if out is None else (out, out / KEPT.name)
+    fine = {
+        name: finely(name, space, targets, result.x, result.loss)
+        for name, (space, targets, result) in stages.items()
+    }
+    every = [gait for gaits in fine.values() for gait in gaits]
+    if out is None:
+        for group in (group for feet in FEET for group in kept_gaits(feet)):
+            every += finely("kept", *group, np.zeros(len(group[1])))
+    best = {
+        feet: [min(group, key=lambda gait: gait.loss) for group in by_speed(every, feet)]
+        for feet in FEET
+    }
+    looked_at = {feet: [look(gait) for gait in gaits] for feet, gaits in best.items()}
+    rows = [
+        row(feet, *pair) for feet in FEET for pair in zip(best[feet], looked_at[feet], strict=True)
+    ]
+    if out is None:
+        rows = with_controllers(rows)
+    write_rows(table, rows, digits=5)
+    write_text(tables / GAITS.name, json.dumps([document(g) for f in FEET for g in best[f]]))
+    write_rows(tables / "stages.csv", of_stages(fine), digits=4, by=("stage",))
+    limit_table.cache_clear()
+    write_text(tables / "limit.md", markdown(rows))
+    write_text(tables / "stages.md", stages_markdown(tables))
+    with styled():
+        save_figure(draw(rows, looked_at), tables / "limit.png")
+        if "free-1-3" in stages and "ellipse-1-3" in stages:
+            save_figure(draw_convergence(stages, tables), tables / "convergence.png")
+        further = {name: stage for name, stage in stages.items() if name.endswith("-f")}
+        if further:
+            save_figure(draw_further(further), tables / "further.png")
+
+
+def finely(
+    name: str, space: Space, targets: np.ndarray, x: np.ndarray, coarse: np.ndarray
+) -> list[Gait]:
+    """The best of every speed, with short ticks and for longer.
+
+    Args:
+        name: of the stage.
+        space: of the vectors.
+        targets: speeds [starts].
+        x: vectors [starts, size].
+        coarse: their losses in the search [starts].
+    """
+    indices = [
+        k
+        for speed in np.unique(targets)
+        for k in np.flatnonzero(targets == speed)[np.argsort(coarse[targets == speed])][:TOP]
+        if coarse[k] < 50.0
+    ]
+    if not indices:
+        return []
+    loss, speed, cost = losses(space, x[indices], targets[indices], FINE)
+    return [
+        Gait(name, space, targets[k], x[k], speed[position], cost[position], loss[position])
+        for position, k in enumerate(indices)
+    ]
+
+
+def by_speed(gaits: list[Gait], feet: str) -> list[list[Gait]]:
+    """Group the gaits of such feet that reach the target speed, speed by speed."""
+    matches = [g for g in gaits if g.space.feet == feet and abs(g.speed / g.target - 1.0) < 0.02]
+    return [[g for g in matches if g.target == v] for v in sorted({g.target for g in matches})]
+
+
+SLOWEST = 0.01
+"""Speed below which a walker stands [√(g l0)]."""
+ON_ELLIPSE = ("V", "cos", "VG-gF", "AR-rF", "ARG-rF-gF")
+"""Families whose feet stay on the ellipse."""
+
+
+def with_controllers(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The rows, and learned walkers that are cheaper than what the search found there.
+
+    Those that the kept table has stay, as long as nothing cheaper is found. The cheapest come
+    first: of walkers of about one speed only the best is a row.
+    """
+    on_ellipse = [row for row in rows if row["feet"] == "ellipse"]
+
+    def over_found(walker: Mapping[str, Any]) -> float:
+        """Cost over that of the rows so far at the same speed."""
+        ordered = sorted(on_ellipse, key=lambda row: row["speed"])
+        speed, cost = ([row[n] for row in ordered] for n in ("speed", "cost_of_transport"))
+        reference = np.exp(np.interp(walker["speed"], speed, np.log(cost)))
+        return float(walker["cost_of_transport"] / reference)
+
+    for walker in sorted(controllers_on_ellipse(), key=over_found):
+        if over_found(walker) < 1.0:
+            on_ellipse.append(walker)
+    free = [row for row in rows if row["feet"] == "free"]
+    return free + sorted(on_ellipse, key=lambda row: row["speed"])
+
+
+def controllers_on_ellipse() -> list[dict[str, Any]]:
+    """Rows of learned walkers whose feet stay on the ellipse: the study's, and those kept."""
+    rows = {}
+    table = limit_table()
+    for k in np.flatnonzero(table["source"] != "search"):
+        row = {name: values[k].item() for name, values in table.items()}
+        rows[row["source"], row["speed"]] = row
+    for walker in learned():
+        family = walker["cell"].partition("@")[0].partition("+")[0].partition("-w")[0]
+        if family in ON_ELLIPSE and np.isfinite(walker["cost_of_transport"]):
+            name = f"{walker['cell']} run {walker['run']}"
+            row = dict.fromkeys(limit_table(), np.nan) | {"feet": "ellipse", "source": name}
+            row |= {n: walker[n] for n in ("speed", "cost_of_transport", "gait")}
+            rows[name, row["speed"]] = row
+    return list(rows.values())
+
+
+class Look(NamedTuple):
+    """A gait's last stride."""
+
+    lag: np.ndarray
+    """Lag of the middles of stances behind that of LH [cycles], [legs]."""
+    gait: str
+    duty: np.ndarray
+    longest_s: float
+    flight: float
+    omega: float
+    intervals: list[list[tuple[float, float]]]
+    """Stances of each leg as shares of a stride, from a stance of LH on."""
+
+
+@needing("time_s", "stance_time_s")
+def _watch(trajectory, scenario, body, timing):
+    return {"time": trajectory.time_s, "stance": trajectory.stance_time_s}
+
+
+def look(gait: Gait) -> Look:
+    """Return the times at which the feet of a gait are on the ground."""
+    weights, scenario = gait.space.decoded(gait.x[None], np.array([gait.target]))
+    rollout = gait.space.rollout(_watch, FINE)
+    path = rollout.run(weights, scenario, Walker(), dtype="float64")
+    time = np.asarray(path["time"], float).reshape(len(path["time"]), -1)[:, 0]
+    total = np.asarray(path["stance"], float)[:, :, 0]
+    omega = float(np.ravel(scenario.omega)[0]) * (2.0 if gait.space.steps == 4 else 1.0)
+    stride = 2.0 * np.pi / omega
+    late = time > time[-1] - 8.0 * stride
+    gained = np.diff(total, axis=0, prepend=total[:1])[late]
+    angle = omega * time[late]
+    middle = np.angle((gained * np.exp(1j * angle)[:, None]).sum(axis=0)) / (2.0 * np.pi)
+    lag = (middle - middle[2]) % 1.0
+    duty = gained.sum(axis=0) / (late.sum() * FINE.frame_s)
+    start = time[-1] - 2.5 * stride
+    every = stances(time, total)
+    longest = max((b - a for leg in every for a, b in leg if a > 0.5 * time[-1]), default=0.0)
+    window = [
+        [((a - start) / stride, (b - start) / stride) for a, b in leg if b > start] for leg in every
+    ]
+    return Look(
+        lag=lag,
+        gait=str(nearest_pattern(lag[:, None], NAMES, 0.1)[0]),
+        duty=duty,
+        longest_s=longest,
+        flight=float((gained.max(axis=1) <= 0.0).mean()),
+        omega=omega,
+        intervals=window,
+    )
+
+
+def row(feet: str, gait: Gait, stances: Look) -> dict[str, Any]:
+    """A row of the kept table."""
+    values = (
+        feet,
+        gait.speed,
+        gait.cost,
+        stances.omega,
+        stances.gait,
+        stances.duty.mean(),
+        stances.longest_s,
+        stances.lag[0],
+        stances.flight,
+        "search",
+    )
+    return dict(zip(limit_table(), values, strict=True))
+
+
+def document(gait: Gait) -> dict[str, Any]:
+    """A gait to be released again: the space it is of, the speed wanted and its vector."""
+    space = gait.space
+    return {
+        "feet": space.feet,
+        "steps": space.steps,
+        "harmonics": space.harmonics,
+        "speed": gait.target,
+        "cost_of_transport": round(gait.cost, 6),
+        "x": [round(float(a), 7) for a in gait.x],
+    }
+
+
+def of_stages(fine: dict[str, list[Gait]]) -> list[dict[str, Any]]:
+    """The least cost of every stage at every speed."""
+    rows = []
+    for name, gaits in fine.items():
+        for group in by_speed(gaits, gaits[0].space.feet) if gaits else ():
+            best = min(group, key=lambda g: g.loss)
+            rows.append({"stage": name, "speed": best.target, "cost_of_transport": best.cost})
+    return rows
+
+
+def markdown(rows: list[dict[str, Any]]) -> str:
+    """The limits as a table."""
+    free = [
+        "| speed, free feet | CoT | ω | gait | duty | flight | proved bound |",
+        "|---" * 7 + "|",
+    ]
+    tied = ["| speed, C's ellipse | CoT | ω | gait | duty |", "|---" * 5 + "|"]
+    for r in rows:
+        cells = [
+            f"{r['speed']:.2f}",
+            f"**{r['cost_of_transport']:.3f}**",
+            f"{r['omega']:.2f}",
+            r["gait"],
+            f"{r['duty_factor']:.2f}",
+        ]
+        if r["feet"] == "free":
+            lower = float(bound(Walker(), r["speed"], r["longest_stance"]))
+            cells += [f"{100.0 * r['flight']:.0f} %", f"{lower:.3f}"]
+            free.append(f"| {' | '.join(cells)} |")
+        elif r["omega"] > 0.0:  # those of controllers are rows of their own
+            tied.append(f"| {' | '.join(cells)} |")
+    return "\n".join([*free, "", *tied]) + "\n"
+
+
+def stages_markdown(tables: Path) -> str:
+    """The least cost of every search at every speed, a table a kind of feet; further ones apart."""
+    table = read_csv(tables / "stages.csv")
+    names = list(dict.fromkeys(table["stage"].tolist()))
+    speeds = sorted({float(v) for v in table["speed"]})
+    cells = {
+        (s, float(v)): float(c)
+        for s, v, c in zip(table["stage"], table["speed"], table["cost_of_transport"], strict=True)
+    }
+    rows = []
+    for feet, further in ((feet, further) for further in (False, True) for feet in FEET):
+        stages = [n for n in names if n.startswith(feet) and n.endswith("-f") == further]
+        if not stages:
+            continue
+        lines = [f"| speed | {' | '.join(f'`{name}`' for name in stages)} |"]
+        lines.append("|---" * (len(stages) + 1) + "|")
+        for v in speeds:
+            if any((name, v) in cells for name in stages):
+                costs = [f"{cells[name, v]:.3f}" if (name, v) in cells else "–" for name in stages]
+                lines.append(f"| {v:g} | {' | '.join(costs)} |")
+        rows.append("\n".join(lines) + "\n")
+    return "\n".join(rows)
+
+
+def draw(rows: list[dict[str, Any]], looked_at: dict[str, list[Look]]) -> Figure:
+    """The limits over speed with what controllers reach, and footfalls of the free ones."""
+    figure = new_figure(PAGE_IN, 4.2)
+    left_axes, right_axes = figure.subplots(1, 2, width_ratios=(3, 2))
+    lines = {
+        "free": ("limit, free feet", "black", "-"),
+        "ellipse": ("limit, C's ellipse", "0.45", "--"),
+    }
+    for feet, (label, colour, line) in lines.items():
+        points = [r for r in rows if r["feet"] == feet]
+        left_axes.plot(
+            [r["speed"] for r in points],
+            [r["cost_of_transport"] for r in points],
+            line,
+            color=colour,
+            lw=1.2,
+            label=label,
+        )
+        for r in points:
+            if r["source"] != "search":
+                continue
+            left_axes.plot(r["speed"], r["cost_of_transport"], gait_marker(r["gait"]), ms=4.5,
+                      color=gait_colour(r["gait"]))  # fmt: skip
+    speeds = np.linspace(0.05, 2.0, 100)
+    left_axes.plot(
+        speeds, bound(Walker(), speeds, 0.8 / speeds), ":", color="0.3", label="proved, even speed"
+    )
+    controllers(left_axes)
+    for gait in dict.fromkeys(r["gait"] for r in rows if r["source"] == "search"):
+        left_axes.plot([], [], gait_marker(gait), color=gait_colour(gait), ms=4.5, label=gait)
+    left_axes.set(yscale="log", xlim=(0.0, 2.05), ylim=(1e-3, 3.0))
+    left_axes.set_xlabel("speed [√(g l0)]")
+    left_axes.set_ylabel("cost of transport")
+    footfalls(right_axes, [r for r in rows if r["feet"] == "free"], looked_at["free"])
+    figure.legend(*left_axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    return figure
+
+
+def controllers(axes: Axes) -> None:
+    """Draw the reach of controllers: the vanilla front, and the kept learned walkers."""
+    curve = front("quadruped-c", "vanilla")
+    axes.plot(
+        curve["speed"], curve["cost_of_transport"], "-", color=COLOURS[0], label="vanilla front"
+    )
+    speed, cost = np.array([(w["speed"], w["cost_of_transport"]) for w in learned()]).T
+    axes.plot(speed, cost, ".", ms=3, color=COLOURS[1], label="learned walkers")
+
+
+def learned() -> list[dict[str, Any]]:
+    """The learned walkers of quadruped C that are kept and did not fall."""
+    table = read_csv(ROOT / "research" / "learned_legs" / "range.csv")
+    rows = [
+        dict(zip(table, map(str, cells), strict=True))
+        for cells in zip(*table.values(), strict=True)
+    ]
+    return [
+        row
+        | {
+            "speed": float(row["speed_m_per_s"]),
+            "cost_of_transport": float(row["cost_of_transport"]),
+        }
+        for row in rows
+        if row["cell"].endswith("@quadruped-c")
+        and row["upright"] in ("1", "1.0")
+        and row["cost_of_transport"]
+        and float(row["speed_m_per_s"]) > SLOWEST
+    ]
+
+
+def footfalls(axes: Axes, rows: list[dict[str, Any]], looks: list[Look]) -> None:
+    """Two strides of every speed, a bar a stance."""
+    order, height, ticks = by_side(NAMES), 0.0, []
+    for r, stance in list(zip(rows, looks, strict=True)):
+        for place, leg in enumerate(order):
+            for a, b in stance.intervals[leg]:
+                a, b = max(a, 0.0), min(b, 2.0)
+                if b > a:
+                    axes.barh(
+                        height + 0.2 * place,
+                        b - a,
+                        left=a,
+                        height=0.17,
+                        color=gait_colour(r["gait"]),
+                    )
+        ticks.append((height + 0.3, f"{r['speed']:.2f}"))
+        height += 1.1
+    axes.set_yticks([place for place, _ in ticks], [speed for _, speed in ticks])
+    axes.set_ylim(height - 0.1, -0.3)
+    axes.set_xlim(0.0, 2.0)
+    axes.set_xlabel("strides")
+    axes.set_ylabel("speed")
+    axes.set_title("stances, free feet: LH, LF, RF, RH")
+
+
+def draw_convergence(stages: Stages, tables: Path) -> Figure:
+    """Cost over the generations, start by start; and over the number of harmonics."""
+    figure = new_figure(PAGE_IN, 2.4)
+    axes = figure.subplots(1, 3)
+    for panel, speed in zip(axes, (0.3, 0.8), strict=False):
+        for colour, name in zip((COLOURS[0], COLOURS[4]), ("free-1-3", "ellipse-1-3"), strict=True):
+            if name not in stages:
+                continue
+            _, targets, result = stages[name]
+            for k in np.flatnonzero(targets == speed):
+                panel.plot(np.exp(result.history[:, k]), color=colour, lw=0.8)
+            panel.plot([], [], color=colour, label=name.partition("-")[0])
+        panel.set(yscale="log", ylim=(0.01, 5.0))
+        panel.set_title(f"speed {speed:g}: random starts")
+        panel.set_xlabel("generation")
+    axes[0].set_ylabel("cost of transport")
+    axes[0].legend()
+    table = read_csv(tables / "stages.csv")
+    speeds, names = np.array(table["speed"], float), np.asarray(table["stage"], str)
+    every = np.array(table["cost_of_transport"], float)
+    for colour, feet in zip((COLOURS[0], COLOURS[4]), FEET, strict=True):
+        for speed, line in ((0.4, "o-"), (1.0, "s--")):
+            points = []
+            for harmonics in (1, 3, 5):
+                mask = np.char.startswith(names, f"{feet}-1-{harmonics}") & (speeds == speed)
+                if mask.any():
+                    points.append((harmonics, every[mask].min()))
+            if points:
+                label = f"{feet}, {speed:g}"
+                axes[2].plot(*zip(*points, strict=True), line, ms=3, color=colour, label=label)
+    axes[2].set(yscale="log", ylim=(0.01, 5.0), xlabel="harmonics", title="after all searches")
+    axes[2].legend()
+    return figure
+
+
+def draw_further(stages: Stages) -> Figure:
+    """Cost over that of the kept gait, generation by generation, of searches that began there."""
+    speeds = sorted({float(v) for _, targets, _ in stages.values() for v in targets})
+    feet_there = [feet for feet in FEET if any(s.feet == feet for s, *_ in stages.values())]
+    figure = new_figure(PAGE_IN, 0.6 + 1.5 * len(feet_there))
+    panels = figure.subplots(len(feet_there), len(speeds), sharex=True, sharey="row", squeeze=False)
+    colours = dict(zip(sorted({n.partition("-")[2] for n in stages}), COLOURS, strict=False))
+    for axes, feet in zip(panels, feet_there, strict=True):
+        for panel, speed in zip(axes, speeds, strict=True):
+            for name, (space, targets, result) in stages.items():
+                if space.feet != feet:
+                    continue
+                lowest = result.history[:, targets == speed].min(axis=1)
+                label = f"{space.steps} step{'s' * (space.steps > 1)}, {space.harmonics} harmonics"
+                panel.plot(
+                    np.exp(lowest - lowest[0]), color=colours[name.partition("-")[2]], label=label
+                )
+            panel.set_title(f"{feet}, speed {speed:g}")
+        axes[0].set_ylabel("cost over the kept one")
+    for panel in panels[-1]:
+        panel.set_xlabel("generation")
+    figure.legend(*panels[-1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    return figure

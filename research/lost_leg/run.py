@@ -1,0 +1,331 @@
+"""Walkers that lose a leg in mid-gait: the margin of the mass, who goes on, and what learning adds.
+
+    python -m research.lost_leg.run bodies  # vanilla feedback, leg by leg, with the margins
+    python -m research.lost_leg.run train   # senses of load, pitch and roll; legs are lost
+    python -m research.lost_leg.run report  # tables and the figure
+
+Controllers are kept in `runs/lost_leg`, tables and the figure in `research/lost_leg`. A
+training goes on where it was interrupted. About five CPU-minutes in all. Laws that react to the
+loss are in `lost_leg_react.py`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import jax.numpy as jnp
+import numpy as np
+import tyro
+
+from research.frame import write_rows, write_text
+from tegotae._support.tables import read_csv
+from tegotae.cli.console import exit_status
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
+from tegotae.measures.gaits.lags import support_margin_m
+from tegotae.measures.objectives.walking import Walking
+from tegotae.parts.bodies import Walker
+from tegotae.parts.terms import CorrectedFoot, EllipticFoot
+from tegotae.simulation.recorder import needing
+from tegotae.simulation.rollout import Timing
+from tegotae.simulation.schedules import Step
+from tegotae.simulation.world import OneOf, Uniform, with_changes
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.legged import SYSTEMS, Legged, random_phases, settling, walking
+from tegotae.training.algorithms import CMAES
+from tegotae.training.collection import read_runs
+from tegotae.training.evolution import Evolution, Stopping
+from tegotae.training.run import Run, train
+
+FOLDER = Path("runs/lost_leg")
+TABLES = Path(__file__).resolve().parents[2] / "research" / "lost_leg"
+STARTS = 64
+"""Random releases of each case."""
+TIMING = Timing(duration_s=100.0, tick_s=0.008, frame_s=0.08)
+"""Timing of a release; the leg is lost at half of it."""
+FAST = EllipticFoot(stride_m=0.264, lift_m=0.045, press_m=0.0, shift_rad=0.647)
+"""Small quick steps, at which a walker can go on with three legs."""
+OMEGA, SIGMA = 8.5, 1.9
+MOVED = {"com_x_m": 0.326, "com_y_m": -0.206}
+"""Position of the mass for the loss of the left hind leg."""
+
+
+LEAST_WAY = 0.5
+"""Largest distance in the last quarter [l0] for which an upright body counts as standing."""
+
+
+def quick() -> Legged:
+    """Quadruped C with small quick steps."""
+    return walking("quadruped C, quick", Walker(), FAST, SIGMA, OMEGA)
+
+
+def quick_hexapod() -> Legged:
+    """The hexapod with the same steps."""
+    return walking("hexapod, quick", SYSTEMS["hexapod"]().body, FAST, SIGMA, OMEGA)
+
+
+BODIES: dict[str, tuple[Any, dict[str, float]]] = {
+    "C, ω 2": (SYSTEMS["quadruped-c"], {}),
+    "C, quick": (quick, {}),
+    "C, quick, mass moved": (quick, MOVED),
+    "C, quick, mass ahead": (quick, {"com_x_m": 0.326}),
+    "C, quick, mass behind": (quick, {"com_x_m": -0.326}),
+    "hexapod, ω 2": (SYSTEMS["hexapod"], {}),
+    "hexapod, quick": (quick_hexapod, {}),
+}
+"""Vanilla walkers that lose each leg in turn: systems, and numbers of their bodies."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A training in which legs are lost.
+
+    Args:
+        name: of its folder.
+        senses: what the feet feel.
+        reach_m: how far a foot is shifted by an output of one [l0].
+        generations: how many.
+    """
+
+    name: str
+    senses: tuple[str, ...]
+    reach_m: float = 0.3
+    generations: int = 200
+    seeds: int = 3
+
+    @property
+    def run(self) -> Run:
+        """The training: an episode without loss and one of each leg, lost after 20 of 50."""
+        walker = quick()
+        limbs = walker.body.limbs
+        hidden = 70 // (2 * (len(self.senses) + 2))
+        foot = CorrectedFoot(self.senses, hidden, reach_m=self.reach_m, around=FAST)
+        controller = dataclasses.replace(walker.controller, actuation=foot)
+        timing = Timing(duration_s=50.0, tick_s=0.0125, frame_s=0.1)
+        system = dataclasses.replace(walker.system, controller=controller, timing=timing)
+        presence = [
+            tuple(float(k != missing) for k in range(limbs)) for missing in range(-1, limbs)
+        ]
+        experiment = Experiment(
+            name=self.name,
+            system=system,
+            objective=Walking(speed_m_per_s=0.6, settle_s=30.0),
+            conditions=(
+                OneOf("present", from_s=20.0, values=tuple(presence)),
+                Uniform("phase_rad", low=0.0, high=2.0 * math.pi),
+            ),
+            episodes=len(presence),
+        )
+        return Run(
+            experiment=experiment,
+            seeds=tuple(range(self.seeds)),
+            learner=Evolution(
+                algorithm=CMAES(population=24, std=0.3),
+                stopping=Stopping.after(self.generations),
+            ),
+        )
+
+
+CELLS = (
+    Cell("feels-angles", ("spring_force", "pitch", "roll")),
+    Cell("feels-load", ("spring_force",)),
+)
+
+
+@needing("x_m", "y_m", "yaw_rad", "foot_x_m", "foot_y_m", "work_absolute_j", "failed", "time_s")
+def _around(path: Any, scenario: Any, body: Any, timing: Timing) -> dict[str, Any]:
+    """Ways and work before and after the loss, each over a quarter of the recording, and falls."""
+    frames = path.x_m.shape[0]
+    ends = [frames // 4, frames // 2 - 1, 3 * frames // 4, frames - 1]
+    work = path.work_absolute_j
+
+    def distance(a: int, b: int) -> Any:
+        return jnp.hypot(path.x_m[b] - path.x_m[a], path.y_m[b] - path.y_m[a])
+
+    def ahead(a: int, b: int) -> Any:
+        """Return the mean distance of the feet ahead of the mass."""
+        x = (path.foot_x_m - path.x_m[:, None])[a:b].mean(axis=1)
+        y = (path.foot_y_m - path.y_m[:, None])[a:b].mean(axis=1)
+        yaw = path.yaw_rad[a:b]
+        return (x * jnp.cos(yaw) + y * jnp.sin(yaw)).mean(axis=0)
+
+    fell = jnp.take_along_axis(path.time_s, jnp.argmax(path.failed, axis=0)[None], 0)[0]
+    return {
+        "feet": ahead(ends[0], ends[1]),
+        "feet_after": ahead(ends[2], ends[3]),
+        "before": distance(ends[0], ends[1]),
+        "after": distance(ends[2], ends[3]),
+        "work_before": work[ends[1]] - work[ends[0]],
+        "work": work[ends[3]] - work[ends[2]],
+        "time": path.time_s[ends[3]] - path.time_s[ends[2]],
+        "stood": ~path.failed[ends[1]],
+        "stays": ~path.failed[-1],
+        "fell": fell - path.time_s[ends[1]],
+    }
+
+
+def leg_loss_rows(
+    name: str, legged: Legged, runs: dict[str, Any], **body: float
+) -> list[dict[str, Any]]:
+    """A row per run and leg: who goes on when it is lost in mid-gait. All lanes in one rollout.
+
+    Args:
+        name: what is walking.
+        legged: the system.
+        runs: weights by the name of a run.
+        body: numbers of the body that are otherwise.
+    """
+    names, limbs = legged.names, legged.body.limbs
+    cases = [(run, leg) for run in runs for leg in range(limbs)]
+    presence = np.array([[float(leg != k) for _, leg in cases] for k in range(limbs)])
+    phase = np.tile(random_phases(limbs, STARTS), (1, len(cases)))
+    changes = {"present": Step(np.repeat(presence, STARTS, axis=1), from_s=0.5 * TIMING.duration_s)}
+    scenario = with_changes(legged.scenario(phase), legged.body, {**body, **changes})
+    weights = np.repeat([runs[run] for run, _ in cases], STARTS, axis=0)
+    results = legged.rollout(_around, TIMING).run(weights, scenario, legged.body)
+    results = {n: np.asarray(x, float).reshape(len(cases), STARTS) for n, x in results.items()}
+    intact = dataclasses.replace(legged.body, **body)
+    rows = []
+    for case, (run, leg) in enumerate(cases):
+        outcome = {n: x[case] for n, x in results.items()}
+        stood, stays = outcome["stood"] > 0.0, outcome["stays"] > 0.0
+        walks = stays & (outcome["after"] > LEAST_WAY)
+        rows.append(
+            {
+                "body": name,
+                "run": run,
+                "leg": names[leg],
+                "margin": support_margin_m(intact, (leg,)),
+                "margin_of_feet": _margin_of_feet(intact, leg, outcome["feet"][stood]),
+                "feet": _median(outcome["feet"][stood]),
+                "feet_after": _median(outcome["feet_after"][walks]),
+                "margin_after": _margin_of_feet(intact, leg, outcome["feet_after"][walks]),
+                "stood": int(stood.sum()),
+                "stays_up": int(stays.sum()),
+                "walks_on": int(walks.sum()),
+                "speed_before": _median(4.0 * outcome["before"][stood] / TIMING.duration_s),
+                "cost_before": _median(outcome["work_before"][stood] / outcome["before"][stood]),
+                "speed": _median((outcome["after"] / outcome["time"])[walks]),
+                "cost_of_transport": _median(outcome["work"][walks] / outcome["after"][walks]),
+                "falls_after": _median(outcome["fell"][stood & ~stays]),
+            }
+        )
+    return rows
+
+
+def _margin_of_feet(body: Walker, leg: int, ahead_m: np.ndarray) -> float:
+    """The margin without a leg of feet that are so far before the mass; NaN if none stood."""
+    if not len(ahead_m):
+        return math.nan
+    return support_margin_m(dataclasses.replace(body, com_x_m=-_median(ahead_m)), (leg,))
+
+
+def _median(values: np.ndarray) -> float:
+    return float(np.median(values)) if len(values) else math.nan
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Vanilla walkers that lose each leg in turn."""
+
+    def run(self) -> None:
+        """Evaluate, and write the table."""
+        for name, (make, body) in BODIES.items():
+            legged = make()
+            rows = leg_loss_rows(name, legged, {"": legged.weights}, **body)
+            write_rows(TABLES / "bodies.csv", rows, digits=4, by=("body",))
+
+
+@dataclass(frozen=True)
+class Train:
+    """Train with legs lost in mid-episode, and evaluate."""
+
+    only: tuple[str, ...] = ()
+    """Names of trainings; all by default."""
+    dir: Path = FOLDER
+
+    def run(self) -> None:
+        """Train what is missing, and write the table."""
+        for cell in CELLS:
+            if self.only and cell.name not in self.only:
+                continue
+            train(cell.run, self.dir / cell.name)
+            (runs,) = read_runs(self.dir / cell.name)
+            weights = dict(zip(map(str, runs.labels), np.asarray(runs.weights), strict=True))
+            rows = leg_loss_rows(cell.name, settling(runs.system, runs.weights[0]), weights)
+            write_rows(TABLES / "learned.csv", rows, digits=4, by=("body",))
+
+
+@dataclass(frozen=True)
+class Report:
+    """The tables in Markdown, and the figure."""
+
+    def run(self) -> None:
+        """Write the tables and the figure."""
+        names = [name for name in ("bodies", "learned") if (TABLES / f"{name}.csv").exists()]
+        for name in names:
+            write_text(TABLES / f"{name}.md", markdown(read_csv(TABLES / f"{name}.csv")))
+        with styled():
+            save_figure(draw([read_csv(TABLES / f"{name}.csv") for name in names]),
+                        TABLES / "lost_leg.png")  # fmt: skip
+
+
+def markdown(table: dict[str, np.ndarray]) -> str:
+    """A row a leg."""
+    titles = ("walker", "leg lost", "margin of hips", "of feet", "stay up, walk on",
+              "speed before, after", "CoT after", "falls after")  # fmt: skip
+    lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
+    for cells in zip(*table.values(), strict=True):
+        row = dict(zip(table, (str(c) for c in cells), strict=True))
+
+        def number(name: str, digits: int = 2, row: dict[str, str] = row) -> str:
+            return f"{round(float(row[name]), digits) + 0.0:.{digits}f}" if row[name] else "–"
+
+        name = row["body"] + (f", run {row['run']}" if row["run"] else "")
+        stood = row["stood"]
+        row_cells = (name, row["leg"], number("margin"), number("margin_of_feet"),
+               f"{row['stays_up']}, {row['walks_on']} of {stood}",
+               f"{number('speed_before')}, {number('speed')}",
+               number("cost_of_transport"), number("falls_after", 1))  # fmt: skip
+        lines.append(f"| {' | '.join(row_cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def draw(tables: list[dict[str, np.ndarray]]) -> Any:
+    """Share of the starts that walk on over the margin, one mark a walker and leg."""
+    figure = new_figure(PAGE_IN, 2.8)
+    axes = figure.subplots()
+    marks = "os^DvPX<*h>d"
+    number = 0
+    for learned, table in enumerate(tables):
+        for name in dict.fromkeys(table["body"].tolist()):
+            mask = table["body"] == name
+            margin = np.array(table["margin_of_feet"], float)[mask]
+            share = np.array(table["walks_on"], float)[mask]
+            share = share / np.maximum(np.array(table["stood"], float)[mask], 1.0)
+            jitter = 0.004 * (number - 5)
+            axes.plot(
+                margin + jitter, share, marks[number % len(marks)], ms=5, alpha=0.8,
+                mfc="none" if learned else None, color=COLOURS[number % 7],
+                label=f"learned, {name.replace('-', ' ')}" if learned else name,
+            )  # fmt: skip
+            number += 1
+    axes.axvline(0.0, color="0.7", lw=0.6)
+    axes.set_xlabel("margin of the mass inside the mean places of the remaining feet [l0]")
+    axes.set_ylabel("share that walks on")
+    axes.set_ylim(-0.05, 1.05)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside right center")
+    return figure
+
+
+if __name__ == "__main__":
+    command = tyro.cli(
+        Annotated[Bodies, tyro.conf.subcommand("bodies")]
+        | Annotated[Train, tyro.conf.subcommand("train")]
+        | Annotated[Report, tyro.conf.subcommand("report")]
+    )
+    sys.exit(exit_status(command.run))
