@@ -26,7 +26,7 @@ from tegotae.parts.parameters import traceable
 class Clock(Protocol):
     """Time of a run, as schedules read it."""
 
-    xp: Any
+    xp: ClassVar[Any]
     """Module of the array functions: `jax.numpy` in a compiled rollout, else `numpy`."""
 
     def reached(self, time_s: LaneNumbers) -> Any:

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -91,9 +91,6 @@ class EnvExperiment(Part):
     seed: int = whole(0, least=0)
     evaluation_episodes: int = whole(0, least=0)
     limit_s: float = positive(60.0)
-
-    cot_unit: ClassVar[str] = "m/J"
-    """The unit of CoT⁻¹."""
 
     def __post_init__(self) -> None:
         require_name(self.name)
@@ -297,6 +294,11 @@ class EnvExperiment(Part):
             return self.evaluation_starts
         drawn = np.random.SeedSequence([self.seed, *key]).generate_state(self.episodes)
         return drawn[None].astype(np.int64)
+
+    @property
+    def cot_unit(self) -> str:
+        """Unit of CoT⁻¹."""
+        return "m/J"
 
     @property
     def is_searched(self) -> bool:
