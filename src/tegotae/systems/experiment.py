@@ -154,6 +154,17 @@ class Experiment(OnSystem):
         return self.controller.has_a_gain_alone
 
     @property
+    def searched_in(self) -> tuple[Experiment, ...]:
+        """Experiments whose mean fitness a search for the gain maximises, one a frequency."""
+        if self.omega is None:
+            return (self,)
+        return tuple(self.replaced(omega=self.omega + offset) for offset in self.search_offsets)
+
+    def without_frequency(self) -> Experiment:
+        """Return the experiment whose objective does not reward a frequency."""
+        return self.replaced(objective=self.objective.without_frequency())
+
+    @property
     def task(self) -> None:
         """None: what is learned on an environment is a task of its own (`EnvTask`)."""
         return None

@@ -41,7 +41,7 @@ def evaluator_of(experiment: Any, workers: int | None = None) -> Evaluator:
 def best_gain(experiment: Trainable, workers: int | None = None) -> tuple[float, float]:
     """The σ of highest fitness on a fixed grid, and that fitness; deterministic.
 
-    Of several frequencies (`Experiment.search_offsets`) it is the mean fitness that counts.
+    Of several frequencies (`Trainable.searched_in`) it is the mean fitness that counts.
 
     Under changing conditions every σ meets the same episodes, the evaluation set.
 
@@ -49,12 +49,8 @@ def best_gain(experiment: Trainable, workers: int | None = None) -> tuple[float,
         experiment: one whose controller's only weight is σ.
         workers: worker processes, where episodes are not the engine's.
     """
-    tried_in = [experiment]
-    if isinstance(experiment, Experiment) and experiment.omega is not None:
-        omegas = [experiment.omega + offset for offset in experiment.search_offsets]
-        tried_in = [experiment.replaced(omega=omega) for omega in omegas]
     gains = experiment.gains
-    tried = [gains_tried(place, gains, workers).fitness for place in tried_in]
+    tried = [gains_tried(place, gains, workers).fitness for place in experiment.searched_in]
     fitness = np.mean(tried, axis=0)
     best = int(np.argmax(fitness))
     return float(gains[best]), float(fitness[best])

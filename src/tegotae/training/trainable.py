@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -58,6 +59,15 @@ class Trainable(Protocol):
     @property
     def gains(self) -> np.ndarray:
         """Values of σ that a search tries [rad/(s N)]."""
+        ...
+
+    @property
+    def searched_in(self) -> Sequence[Trainable]:
+        """Experiments whose mean fitness a search for the gain maximises."""
+        ...
+
+    def without_frequency(self) -> Trainable:
+        """Return the experiment as agents learn it, without a reward for a frequency."""
         ...
 
     @property

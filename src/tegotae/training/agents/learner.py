@@ -69,11 +69,8 @@ class AgentLearner(SeedLearner):
     def configuration(self, run: TrainingTask) -> JsonObject:
         """Return the settings that decide a seed's result, except the number of episodes, as JSON
         values."""
-        experiment = run.experiment
-        if isinstance(experiment, Experiment):
-            experiment = experiment.replaced(objective=experiment.objective.without_frequency())
         return {
-            "experiment": experiment.document,
+            "experiment": run.experiment.without_frequency().document,
             "algorithm": algorithm_document(self.settings),
             "evaluate_every": self.evaluate_every,
         }

@@ -296,6 +296,15 @@ class EnvExperiment(Part):
         return drawn[None].astype(np.int64)
 
     @property
+    def searched_in(self) -> tuple[EnvExperiment, ...]:
+        """Experiments whose mean fitness a search for the gain maximises: this one alone."""
+        return (self,)
+
+    def without_frequency(self) -> EnvExperiment:
+        """Return the experiment as agents learn it: the same."""
+        return self
+
+    @property
     def cot_unit(self) -> str:
         """Unit of CoT⁻¹."""
         return "m/J"
