@@ -53,6 +53,11 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
         "python -m research.reproduction primary tables/study.csv",
         "python -m research.reproduction primary study.csv calibrated.csv --out tables",
     ),
+    "contrasts": Command(
+        "research.reproduction.commands.learning:StudyContrasts",
+        "python -m research.reproduction contrasts tables/study.csv",
+        "python -m research.reproduction contrasts study.csv calibrated.csv --out tables",
+    ),
     "atlas": Command(
         "research.reproduction.commands.learning:StudyAtlas",
         "python -m research.reproduction atlas --dir results/paper --out docs/_static/atlas",

@@ -107,6 +107,30 @@ class StudyPrimary:
 
 
 @dataclass(frozen=True)
+class StudyContrasts:
+    """Compare learned feedback, short laws and the clock with the best V, all chosen alike."""
+
+    sources: Annotated[tuple[Path, ...], POSITIONAL]
+    """Tables of `python -m research.reproduction learning`, one a body, called as its file."""
+    out: Path | None = None
+    """Folder for contrasts.csv and contrasts.md."""
+
+    def run(self) -> None:
+        """Compute, print, and write if asked to."""
+        from research.reproduction.learning.contrasts import contrast_rows, contrast_table
+        from research.reproduction.learning.runs import read_runs
+
+        rows = contrast_rows({path.stem: read_runs(path) for path in self.sources})
+        table = contrast_table(rows)
+        if self.out is not None:
+            output_folder(self.out)
+            text = tables.csv_text({name: rows[name].tolist() for name in rows}, digits=5)
+            write_atomically(self.out / "contrasts.csv", text)
+            write_atomically(self.out / "contrasts.md", table)
+        print(table)
+
+
+@dataclass(frozen=True)
 class StudyAtlas(_OfStudy):
     """Say of every run of a study what its feedback does, and which short form keeps its score."""
 

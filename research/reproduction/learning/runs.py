@@ -24,6 +24,8 @@ from tegotae.systems.models import find
 DESIGN = ("model", "architecture", "senses", "drive", "omega_t")
 LAW = "law"
 """The architecture of short laws in this table."""
+LOCKED = 0.05
+"""Largest deviation of the hop rate from ω of an episode that follows the command, over ω."""
 _COLUMNS = (*DESIGN, "fitness", "settled", "merit", "merit_chosen", "merit_judged")
 _KIND = "table that python -m research.reproduction learning wrote"
 
@@ -37,7 +39,8 @@ def run_rows(cell: EvaluatedRuns, arrays: Arrays) -> pd.DataFrame:
         training; `settled`, the share of episodes with a limit cycle; `cot_inverse` of those [m/J];
         `merit`, `merit_cut`, `merit_frozen`, the mean of CoT⁻¹ with unsettled episodes as 0 [m/J];
         `merit_chosen` and `merit_judged`, of the first half of the releases and of the others;
-        `following`, the slope of the hop rate over ω.
+        `locked_chosen` and `locked_judged`, the same with episodes as 0 whose hop rate is further
+        from ω than `LOCKED`; `following`, the slope of the hop rate over ω.
     """
     record = cell.record
     settled, cot = arrays["limit_cycle_share"].astype(float), arrays["cot_inverse"].astype(float)
@@ -54,9 +57,12 @@ def run_rows(cell: EvaluatedRuns, arrays: Arrays) -> pd.DataFrame:
     table["cot_inverse"] = mean_defined(cells)
     for variant, values in zip(VARIANTS, merit, strict=True):
         table["merit" if variant == VARIANTS[0] else f"merit_{variant}"] = values
-    table["merit_chosen"] = paid[0, :, :half].mean(axis=(1, 2))
-    table["merit_judged"] = paid[0, :, half:].mean(axis=(1, 2))
-    table["following"] = rate_slope(record.omega.astype(float), rates)
+    omega = record.omega.astype(float)
+    follows = np.abs(arrays["hop_rate"][0].astype(float) - omega) <= LOCKED * omega
+    for name, values in (("merit", paid[0]), ("locked", np.where(follows, paid[0], 0.0))):
+        table[f"{name}_chosen"] = values[:, :half].mean(axis=(1, 2))
+        table[f"{name}_judged"] = values[:, half:].mean(axis=(1, 2))
+    table["following"] = rate_slope(omega, rates)
     return table
 
 

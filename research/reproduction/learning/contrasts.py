@@ -1,0 +1,139 @@
+"""One table of equal comparisons: learned feedback, short laws and the clock over the best V.
+
+The plan, fixed before the runs of other definitions of work and before episodes were restricted:
+
+- All controllers are evaluated from the same releases. An episode without a limit cycle has merit
+  0, and so has, in the rows of locked episodes, one whose hop rate is further from ω than
+  `research.reproduction.learning.runs.LOCKED`.
+- Whatever is chosen, a run, a law or a drive of V, is chosen at its ω_t by its mean on the first
+  half of the releases, and judged on the other half. What is not chosen is judged on that half too.
+- The base is the best V at an ω_t: one searched gain with one of three drives.
+- Learned feedback is AR, ARG, ART and ARGT on [F_k], each with three drives: twelve designs. The
+  mean of the runs is what one training gives on average; the chosen run is what 15 give.
+- The 95 % interval is Student's, with designs and ω_t as crossed random effects (`crossed` in
+  `claims/random_effects.py`); runs enter it through the mean or the choice of each design. A
+  comparison that is chosen among laws has one value at each ω_t, and its interval is over these.
+
+The rows are the same for each body and each definition of work.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from research.reproduction.claims.effects import LEARNED_FEEDBACK
+from research.reproduction.claims.random_effects import crossed
+from research.reproduction.learning.runs import LAW, where
+from research.reproduction.report.markdown import markdown_table
+
+CHOSEN, JUDGED = "chosen", "judged"
+"""Halves of the releases: columns `merit_chosen` and `merit_judged`, likewise `locked_…`."""
+EPISODES = {"all": "merit", "locked to ω": "locked"}
+"""Outcomes by the episodes that count."""
+DESIGN = ["architecture", "drive"]
+
+
+class Comparison(NamedTuple):
+    """Differences of merits, judged on the second half of the releases."""
+
+    differences: np.ndarray
+    """[designs, ω_t], in m/J."""
+    omegas: tuple[float, ...]
+    """Training frequencies ω_t [rad/s]."""
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """95 % interval of the mean."""
+        return crossed(self.differences)
+
+
+def chosen(runs: pd.DataFrame, outcome: str, by: list[str]) -> pd.DataFrame:
+    """Return, of each group, the run that is best on the first half of the releases."""
+    order = runs.sort_values(f"{outcome}_{CHOSEN}", kind="stable")
+    return order.drop_duplicates(by, keep="last")
+
+
+def merits(runs: pd.DataFrame, outcome: str, by: list[str]) -> pd.DataFrame:
+    """Return judged merits, a row a group and a column an ω_t."""
+    table = runs.groupby([*by, "omega_t"])[f"{outcome}_{JUDGED}"].mean()
+    return pd.DataFrame(table.unstack("omega_t"))
+
+
+def comparisons(runs: pd.DataFrame, outcome: str = "merit") -> dict[str, Comparison]:
+    """Compare the controllers of one body.
+
+    Args:
+        runs: rows of `research.reproduction.learning.runs.run_rows`.
+        outcome: `merit`, or `locked` for episodes that follow ω.
+
+    Returns:
+        Comparisons by name.
+    """
+    on_force = where(runs, runs.senses == "F")
+    learned = where(on_force, on_force.architecture.isin(LEARNED_FEEDBACK))
+    laws = where(on_force, on_force.architecture == LAW)
+
+    def best(rows: pd.DataFrame) -> pd.DataFrame:
+        return merits(chosen(rows, outcome, ["omega_t"]), outcome, ["senses"])
+
+    def best_of_design(rows: pd.DataFrame) -> pd.DataFrame:
+        return merits(chosen(rows, outcome, [*DESIGN, "omega_t"]), outcome, DESIGN)
+
+    vanilla = best(where(on_force, on_force.architecture == "V"))
+    law, clock = best(laws), best(where(laws, laws.drive == "clock"))
+    pairs: dict[str, tuple[pd.DataFrame, pd.DataFrame]] = {
+        "learned, mean of runs − best V": (merits(learned, outcome, DESIGN), vanilla),
+        "learned, chosen run − best V": (best_of_design(learned), vanilla),
+        "best short law − best V": (law, vanilla),
+        "clock − best V": (clock, vanilla),
+        "learned, chosen run − best short law": (best_of_design(learned), law),
+    }
+    return {name: _difference(*pair) for name, pair in pairs.items()}
+
+
+def _difference(values: pd.DataFrame, base: pd.DataFrame) -> Comparison:
+    omegas = [omega for omega in values.columns if omega in base.columns]
+    difference = values[omegas].to_numpy() - base[omegas].to_numpy()
+    return Comparison(difference, tuple(map(float, omegas)))
+
+
+def contrast_rows(bodies: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """Return the table: a row a body, comparison and kind of episodes; columns by ω_t, and all.
+
+    Args:
+        bodies: rows of runs by the name of their body, and of their work if it is another.
+    """
+    rows = []
+    for body, runs in bodies.items():
+        for episodes, outcome in EPISODES.items():
+            for name, comparison in comparisons(runs, outcome).items():
+                by_omega = comparison.differences.mean(axis=0)
+                low, high = comparison.interval
+                rows.append(
+                    {
+                        "body": body,
+                        "episodes": episodes,
+                        "comparison": name,
+                        **{f"{w:g}": x for w, x in zip(comparison.omegas, by_omega, strict=True)},
+                        "all": float(comparison.differences.mean()),
+                        "low": low,
+                        "high": high,
+                    }
+                )
+    return pd.DataFrame(rows)
+
+
+def contrast_table(rows: pd.DataFrame) -> str:
+    """Return the rows in Markdown."""
+    texts = ["body", "episodes", "comparison"]
+    omegas = [name for name in rows if name not in (*texts, "all", "low", "high")]
+    signed: Callable[[float], str] = "{:+.2f}".format
+    lines = [[*texts, *omegas, "all ω_t [95 % interval]"]]
+    for row in rows.to_dict("records"):
+        interval = f"{row['all']:+.3f} [{row['low']:+.3f}, {row['high']:+.3f}]"
+        lines.append([*(row[x] for x in texts), *(signed(row[x]) for x in omegas), interval])
+    return markdown_table(lines)

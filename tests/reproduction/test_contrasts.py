@@ -1,0 +1,78 @@
+"""Contrasts: all that is compared is chosen on one half of the releases and judged on the other."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from research.reproduction.learning.contrasts import comparisons, contrast_rows, contrast_table
+
+OMEGAS = (4.0, 8.0)
+
+
+def runs_of(architecture, drive, merits):
+    """Rows at both frequencies: (chosen, judged) of each run, and half of it where locked."""
+    return [
+        {
+            "senses": "F",
+            "architecture": architecture,
+            "drive": drive,
+            "omega_t": omega,
+            "run": run,
+            "merit_chosen": chosen,
+            "merit_judged": judged,
+            "locked_chosen": 0.5 * chosen,
+            "locked_judged": 0.5 * judged,
+        }
+        for omega in OMEGAS
+        for run, (chosen, judged) in enumerate(merits)
+    ]
+
+
+@pytest.fixture
+def runs():
+    return pd.DataFrame(
+        [
+            *runs_of("V", "φ", [(0.3, 0.4)]),
+            *runs_of("V", "f", [(0.2, 0.9)]),  # better where it is judged, which chooses nothing
+            *runs_of("AR", "φ", [(0.6, 0.5), (0.1, 0.1)]),
+            *runs_of("ART", "f", [(0.4, 0.8), (0.2, 1.0)]),
+            *runs_of("law", "latch", [(0.0, 1.0), (0.7, 0.6)]),
+            *runs_of("law", "clock", [(0.3, 0.3), (0.1, 0.2)]),
+        ]
+    )
+
+
+def test_the_base_is_the_best_v_on_the_first_half_of_the_releases(runs):
+    clock = comparisons(runs)["clock − best V"]
+    np.testing.assert_allclose(clock.differences, [[-0.1, -0.1]])
+    assert clock.omegas == OMEGAS
+
+
+def test_the_mean_of_runs_and_the_chosen_run_are_both_judged_on_the_second_half(runs):
+    found = comparisons(runs)
+    mean, chosen = (found[f"learned, {x} − best V"] for x in ("mean of runs", "chosen run"))
+    np.testing.assert_allclose(mean.differences, [[-0.1, -0.1], [0.5, 0.5]])
+    np.testing.assert_allclose(chosen.differences, [[0.1, 0.1], [0.4, 0.4]])
+
+
+def test_a_short_law_is_chosen_among_all_laws_and_runs(runs):
+    found = comparisons(runs)
+    np.testing.assert_allclose(found["best short law − best V"].differences, [[0.2, 0.2]])
+    over_law = found["learned, chosen run − best short law"]
+    np.testing.assert_allclose(over_law.differences, [[-0.1, -0.1], [0.2, 0.2]])
+
+
+def test_locked_episodes_are_compared_by_their_own_merits(runs):
+    half, whole = comparisons(runs, "locked"), comparisons(runs)
+    for name, comparison in whole.items():
+        np.testing.assert_allclose(half[name].differences, 0.5 * comparison.differences)
+
+
+def test_the_table_has_a_row_a_body_comparison_and_kind_of_episodes(runs):
+    rows = contrast_rows({"study": runs, "other": runs})
+    assert len(rows) == 2 * 2 * len(comparisons(runs))
+    row = rows[(rows.comparison == "learned, mean of runs − best V") & (rows.episodes == "all")]
+    assert row["all"].tolist() == pytest.approx([0.2, 0.2])
+    assert (row.low < 0.2).all()
+    assert (row.high > 0.2).all()
+    assert "| study | all | clock − best V | -0.10 | -0.10 | -0.100" in contrast_table(rows)
