@@ -124,6 +124,11 @@ def learned_runs(omega_t: float) -> pd.DataFrame:
     return table("study/paper").query("omega_t == @omega_t and architecture not in ['V', 'T']")
 
 
+def on_force(omega_t: float) -> pd.DataFrame:
+    """Those of `learned_runs` that sense the leg's force alone."""
+    return learned_runs(omega_t).query("observation == 'F'")
+
+
 def best_runs() -> pd.DataFrame:
     """The best run of each learned model, and its CoT⁻¹ over the line at its mean hop rate."""
     kept = table("figures/optimum.points")
@@ -296,54 +301,10 @@ def of_calibrated_optimum(kind: str) -> np.ndarray:
     return value / np.interp(rate, line.omega, line.cot_inverse)
 
 
-@cache
-def over_best_vanilla(omega_t: float, resamples: int = 2000) -> tuple[float, float, float]:
-    """CoT⁻¹ of learned feedback on [F_k], less that of the best V model of the same ω_t [m/J].
-
-    Mean over the twelve models of AR, ART, ARG and ARGT, with its 95 % interval over runs.
-    """
-    from research.reproduction.claims.effects import LEARNED_FEEDBACK
-
-    runs = table("study/paper").query("omega_t == @omega_t and observation == 'F'")
-
-    def of(architectures: tuple[str, ...]) -> np.ndarray:
-        rows = runs[runs.architecture.isin(architectures)]
-        return np.stack([cot.to_numpy() for _, cot in rows.groupby("model").cot_inverse])
-
-    ours, vanilla = of(LEARNED_FEEDBACK), of(("V",))
-    best = vanilla[np.nanmean(vanilla, axis=1).argmax()]
-    draw = np.random.default_rng(0).integers
-
-    def gain(ours: np.ndarray, best: np.ndarray) -> float:
-        return float(np.nanmean(ours, axis=1).mean() - np.nanmean(best))
-
-    drawn = [
-        gain(
-            np.take_along_axis(ours, draw(ours.shape[1], size=ours.shape), axis=1),
-            best[draw(best.size, size=best.size)],
-        )
-        for _ in range(resamples)
-    ]
-    low, high = np.percentile(drawn, (2.5, 97.5))
-    return gain(ours, best), float(low), float(high)
-
-
-def over_short_law(body: str) -> tuple[float, ...]:
-    """Merit of learned feedback over the best short law [m/J], of designs and frequencies."""
-    law = {"study": "load", "calibrated": "offset"}[body]
-    return primary(body, f"merit over the best short law, {law}")
-
-
-def over_vanilla(body: str) -> tuple[float, ...]:
-    """Merit of learned feedback over V [m/J], of designs and frequencies."""
-    return primary(body, "merit over V")
-
-
-def primary(body: str, contrast: str) -> tuple[float, ...]:
-    """A contrast of the primary analysis with its interval, of designs and frequencies."""
-    row = (body, contrast, "mean of runs")
-    effect = cell("learning/primary", "effect", *row)
-    return effect, *(cell("learning/primary", "designs", *row, part=part) for part in (0, 1))
+def contrast(body: str, comparison: str) -> tuple[float, float, float]:
+    """An equal comparison over all training frequencies [m/J], with its 95 % interval."""
+    kept = rows("learning/contrasts", body=body, comparison=comparison, episodes="all")
+    return kept["all"].item(), kept.low.item(), kept.high.item()
 
 
 def random_laws(subject: str, omega: float, column: str = "moves") -> float:

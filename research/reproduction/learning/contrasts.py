@@ -105,11 +105,13 @@ def contrast_rows(bodies: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     """Return the table: a row a body, comparison and kind of episodes; columns by ω_t, and all.
 
     Args:
-        bodies: rows of runs by the name of their body, and of their work if it is another.
+        bodies: rows of runs by the name of their body, and of their work if it is another. Tables
+            without columns of locked episodes have no rows of them.
     """
     rows = []
     for body, runs in bodies.items():
-        for episodes, outcome in EPISODES.items():
+        kept = {x: y for x, y in EPISODES.items() if f"{y}_{JUDGED}" in runs}
+        for episodes, outcome in kept.items():
             for name, comparison in comparisons(runs, outcome).items():
                 by_omega = comparison.differences.mean(axis=0)
                 low, high = comparison.interval
