@@ -7,13 +7,16 @@ from research.reproduction.ridge import one_to_one_ridge
 from tegotae import Timing
 from tegotae.analysis.maps import sweep_gain
 from tegotae.figures.style import save_figure
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 sigma = np.linspace(0.0, 12.0, 20)  # [rad/(s N)]
 omega = np.linspace(2.0, 10.0, 20)  # [rad/s]
 sweeps = {
     actuation: sweep_gain(
-        build(f"V-{actuation}-w4"), sigma, omega, timing=Timing(duration_s=20.0, tick_s=0.002)
+        recipe(f"V-{actuation}-w4").controller(),
+        sigma,
+        omega,
+        timing=Timing(duration_s=20.0, tick_s=0.002),
     )
     for actuation in ("sector", "reflex")
 }

@@ -14,14 +14,14 @@ from tegotae.analysis.generalisation.run import tried
 from tegotae.figures.generalisation import curves_figure
 from tegotae.figures.style import save_figure
 from tegotae.systems.controller_file import ControllerSet
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 GAINS = np.linspace(1.0, 6.0, 8)[:, None]
 disturbances = disturbances_named(["mass=0.5/0.8/1.25/2", "strength=0.9/0.7/0.5/0.3"])
 
 tables = []
 for actuation in ("sector", "reflex"):
-    system = System(controller=build(f"V-{actuation}-w8"), omega=8.0)
+    system = System(controller=recipe(f"V-{actuation}-w8").controller(), omega=8.0)
     gains = ControllerSet(actuation, system, GAINS, tuple(f"σ {x:.1f}" for x in GAINS[:, 0]))
     subject = dataclasses.replace(
         ControllersUnderTest.from_runs(gains), looked_at=Timing(duration_s=20.0, tick_s=0.002)

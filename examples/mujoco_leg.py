@@ -11,7 +11,7 @@ from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.settings import ModelSettings, model_files
 from tegotae.figures.rollout import episode_figure
 from tegotae.figures.style import save_figure
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Return
 from tegotae.training.environments.replay import replay
@@ -28,8 +28,8 @@ for i, limb in enumerate(wiring.limbs):
 save_wiring(wiring, "my_leg.toml", reasons=suggested.reasons)
 
 # The vanilla controller: which gain and frequency carry the leg furthest for its work?
-experiment = EnvExperiment.of_model(
-    find("V-sector-w8"),
+experiment = EnvExperiment.from_recipe(
+    recipe("V-sector-w8"),
     EnvSpec(env="my_leg.xml").for_wiring(wiring),
     wiring,
     objective=Return(),

@@ -6,15 +6,15 @@ import numpy as np
 
 from tegotae import Hopper, Rollout, Scenario, Timing, check
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
-from tegotae.systems.models import build
-from tegotae.systems.user_objects import imported
+from tegotae.systems.recipe import recipe
+from tegotae.systems.registry import imported
 
 FILE = Path(__file__).parents[1] / "docs" / "extending" / "examples" / "rubber_hopper.py"
 RubberHopper = imported(str(FILE)).RubberHopper
 check(RubberHopper())
 
 # The same controller on both bodies.
-rollout = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=10.0))
+rollout = Rollout(controller=recipe("V-reflex-w8").controller(), timing=Timing(duration_s=10.0))
 bodies = {"linear spring": Hopper(), "rubber": RubberHopper()}
 paths = {name: rollout.run([3.0], Scenario(omega=8.0), body) for name, body in bodies.items()}
 

@@ -12,14 +12,14 @@ from tegotae import Timing
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.objectives.fitness import Fitness
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
 
 METRICS = ("cot_inverse", "limit_cycle_share", "failed_share")
 
-model = find("ART-rF-tphif-w8")
+model = recipe("ART-rF-tphif-w8")
 experiment = model.experiment(
     timing=Timing(duration_s=8.0, tick_s=0.002), objective=Fitness(settle_s=4.0)
 )
@@ -32,7 +32,7 @@ learned = [saved.weights for saved in states[-1].learned]
 
 protocol = Protocol(undisturbed_s=12.0, disturbed_s=8.0, offsets=(0.0,))
 for name, weights in (("V-reflex-w8", [[2.0]]), (model.name, learned)):
-    controller = find(name).controller()
+    controller = recipe(name).controller()
     evaluation = evaluate(controller, np.array(weights), 8.0, protocol=protocol, metrics=METRICS)
     means = {
         metric: round(float(statistics.mean), 2)

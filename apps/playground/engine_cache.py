@@ -45,9 +45,9 @@ def engine_name(controller: Controller, body: Body) -> str:
 
     Example:
         >>> from tegotae.parts.bodies import Hopper
-        >>> from tegotae.systems.models import build
-        >>> heavy = engine_name(build("V-sector-w8"), Hopper(mass_kg=0.2))
-        >>> heavy == engine_name(build("V-sector-w4"), Hopper())
+        >>> from tegotae.systems.recipe import recipe
+        >>> heavy = engine_name(recipe("V-sector-w8").controller(), Hopper(mass_kg=0.2))
+        >>> heavy == engine_name(recipe("V-sector-w4").controller(), Hopper())
         True
     """
     structure = {"controller": describe(controller), "body": form(body)}
@@ -74,8 +74,9 @@ def has(controller: Controller, body: Body) -> bool:
 
     Example:
         >>> from tegotae.parts.bodies import Hopper
-        >>> from tegotae.systems.models import build
-        >>> has(build("ART-rF-tphif-w4"), Hopper(mass_kg=0.2)), has(build("T-F"), Hopper())
+        >>> from tegotae.systems.recipe import recipe
+        >>> learned, network = recipe("ART-rF-tphif-w4").controller(), recipe("T-F").controller()
+        >>> has(learned, Hopper(mass_kg=0.2)), has(network, Hopper())
         (True, False)
     """
     return _cache_file(controller, body).is_file()

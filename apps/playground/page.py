@@ -37,7 +37,7 @@ from tegotae.measures.optimum import curve
 from tegotae.parts.bodies import Body, Hopper
 from tegotae.parts.controller import Controller
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 from tegotae.training.settings import tuned
 
 STARTS = 8
@@ -207,7 +207,7 @@ def _fitted(saved: SavedController, body: Body) -> Controller | None:
 
 
 def _any_controller(body: Body) -> Controller:
-    return dataclasses.replace(build("V-sector-w8"), limbs=body.limbs)
+    return dataclasses.replace(recipe("V-sector-w8").controller(), limbs=body.limbs)
 
 
 def _sigma(controller: Controller) -> int | None:

@@ -57,8 +57,8 @@ class Program:
 
     Example:
         >>> from tegotae.parts.bodies import Hopper
-        >>> from tegotae.systems.models import build
-        >>> Program(build("V-reflex-w8"), Hopper()).layout.document()["body.mass_kg"]
+        >>> from tegotae.systems.recipe import recipe
+        >>> Program(recipe("V-reflex-w8").controller(), Hopper()).layout.document()["body.mass_kg"]
         [2, 1]
     """
 

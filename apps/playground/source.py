@@ -86,8 +86,8 @@ def program_source(program: Program) -> str:
 
     Example:
         >>> from tegotae.parts.bodies import Hopper
-        >>> from tegotae.systems.models import build
-        >>> program = Program(build("V-reflex-w8"), Hopper())
+        >>> from tegotae.systems.recipe import recipe
+        >>> program = Program(recipe("V-reflex-w8").controller(), Hopper())
         >>> "static void ticked(lane_block *l)" in program_source(program)
         True
     """

@@ -21,7 +21,7 @@ from tegotae._support.tables import write_csv
 from tegotae.cli.console import exit_status
 from tegotae.measures.hopping import measure
 from tegotae.measures.hopping.gait import Measured
-from tegotae.systems.models import preset
+from tegotae.systems.vanilla import preset
 
 GUIDES = Path(__file__).resolve().parent
 

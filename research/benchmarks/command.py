@@ -18,7 +18,7 @@ from tegotae._support.files import output_folder
 from tegotae._support.limits import require_memory
 from tegotae._support.progress import Console
 from tegotae.simulation.rollout import Timing
-from tegotae.systems.grammar import BUDGET
+from tegotae.systems.term_sets import BUDGET
 
 
 @dataclass(frozen=True)

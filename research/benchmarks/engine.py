@@ -14,12 +14,12 @@ from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Rollout, Scenario, Timing
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 
 def benchmark_controller() -> Controller:
     """The ART controller of the benchmark: 96 weights."""
-    return build("ART")
+    return recipe("ART").controller()
 
 
 @needing("climb_flight_m", "work_absolute_j", "failed")

@@ -22,7 +22,7 @@ from tegotae.parts.bodies import (
 )
 from tegotae.parts.terms import EllipticFoot
 from tegotae.simulation.rollout import Rollout, Scenario, Timing
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 WALKER_TICK_S = 0.01
 """Tick of the walker [√(l0/g)], at which lags, speed and cost of transport hold within 1 %
@@ -60,7 +60,7 @@ class LastFrame:
 def measure_body(name: str, body: Body, lanes: int, tick_s: float = WALKER_TICK_S) -> BodySpeed:
     """A body under vanilla Tegotae, each lane from phases of its own; `tick_s` is of a walker."""
     walks = isinstance(body, Walker)
-    controller = dataclasses.replace(build("V-sector-w8"), limbs=body.limbs)
+    controller = dataclasses.replace(recipe("V-sector-w8").controller(), limbs=body.limbs)
     timing = Timing(duration_s=10.0)
     scenario = Scenario(omega=8.0)
     if walks:

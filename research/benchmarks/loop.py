@@ -9,7 +9,7 @@ import numpy as np
 
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.terms import Network
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 
 class LoopHopper:
@@ -18,7 +18,7 @@ class LoopHopper:
     def __init__(self, weights: np.ndarray, tick_s: float, omega: float) -> None:
         self.hopper, self.tick_s, self.omega = Hopper(), tick_s, omega
         self.networks, self.gain, start = {}, 1.0, 0
-        for role, term in build("ART").terms.items():
+        for role, term in recipe("ART").controller().terms.items():
             parameters = weights[start : start + term.n_weights]
             start += term.n_weights
             if isinstance(term, Network):

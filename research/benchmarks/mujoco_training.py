@@ -18,7 +18,7 @@ from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.envs.wiring import load_wiring
 from tegotae.envs.wrapper import Pilot
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.rollouts import GymLanes, Lanes, ModelLanes
 
@@ -47,7 +47,7 @@ def measure_environments(steps: int = 200) -> list[MujocoSpeed]:
         MissingExtraError: without MuJoCo or Stable-Baselines3.
     """
     spec = EnvSpec(env="hopper")
-    experiment = EnvExperiment.of_model(find("ART"), spec, load_wiring("hopper"))
+    experiment = EnvExperiment.from_recipe(recipe("ART"), spec, load_wiring("hopper"))
     step_s = experiment.wires.step_s
 
     def driven(lanes: Lanes, n: int) -> tuple[float, float]:

@@ -26,7 +26,7 @@ from tegotae.parts.controller import Controller
 from tegotae.simulation.integrators import PredictorCorrector
 from tegotae.simulation.loop import ClosedLoop
 from tegotae.simulation.recorder import Recorder
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 LANES = 1056
 REPEATS = 5
@@ -39,7 +39,7 @@ def programs() -> dict[str, Program]:
     """Return the timed programs, by name: controller, body, timing, weights [n_weights, lanes],
     scenario."""
     rng = np.random.default_rng(0)
-    art, sector, walker = build("ART"), build("V-sector-w8"), Walker()
+    art, sector, walker = recipe("ART").controller(), recipe("V-sector-w8").controller(), Walker()
     walks = dataclasses.replace(sector, limbs=walker.limbs, actuation=FOOT)
     steps = Timing(duration_s=20.0, tick_s=WALKER_TICK_S, frame_s=10 * WALKER_TICK_S)
     height_m = float(walker.touching_height_m)

@@ -22,7 +22,7 @@ from tegotae._support.workers import CORES
 from tegotae.figures.style import new_figure, save_figure
 from tegotae.parts.bodies import Walker
 from tegotae.simulation.rollout import Rollout, Scenario, Timing
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 LANES = 1024
 AXES: dict[str, tuple[int, ...]] = {
@@ -47,8 +47,8 @@ def measure_point(axis: str, size: int) -> dict[str, float]:
         )
         speed: Any = legs.measure_body("walker", body, lanes, legs.WALKER_TICK_S / 2)
     else:
-        controller = build(
-            "ART", size if axis == "weights" else engine.benchmark_controller().n_weights
+        controller = recipe("ART").controller(
+            size if axis == "weights" else engine.benchmark_controller().n_weights
         )
         run = Rollout(controller=controller, timing=Timing(duration_s=1.0), summary=engine.totals)
         weights = np.random.default_rng(0).normal(size=(lanes, controller.n_weights)) * 0.5

@@ -23,7 +23,7 @@ from tegotae.parts.terms import LearnedActuation, Network
 from tegotae.simulation.integrators import PredictorCorrector
 from tegotae.simulation.loop import ClosedLoop
 from tegotae.simulation.world import Scenario
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 
 class ProductNetwork(Network):
@@ -49,7 +49,7 @@ class LibrarySine(PhaseOscillator):
 
 def textbook_controller() -> Controller:
     """The ART controller of the benchmark, written this way."""
-    ours = build("ART")
+    ours = recipe("ART").controller()
     terms = {
         role: ProductNetwork(term.inputs, term.hidden) if isinstance(term, Network) else term
         for role, term in ours.terms.items()

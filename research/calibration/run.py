@@ -55,7 +55,7 @@ from tegotae._support import tables
 from tegotae._support.files import output_folder, write_atomically
 from tegotae.figures.style import save_figure
 from tegotae.measures.evaluation import evaluate
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.scoring import best_gain
 
 FOLDER = Path(__file__).resolve().parents[2] / "research" / "calibration"
@@ -137,7 +137,9 @@ def measure_vanilla(folder: Path) -> None:
     for body in measured.bodies[np.argsort(far, kind="stable")[:NEAREST]].tolist():
         reading = candidates(body + 1)[body]
         for name in VANILLA:
-            experiment = experiment_under(reading, find(name), protocol=CalibrationGrid().protocol)
+            experiment = experiment_under(
+                reading, recipe(name), protocol=CalibrationGrid().protocol
+            )
             gain, _ = best_gain(experiment)
             results = evaluate(
                 experiment.controller,

@@ -26,10 +26,10 @@ from research.reproduction.table import StudyTable
 from tegotae._support.tables import parse_numbers, read_csv
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "_static" / "study-calibrated"
-BODY = reading_named("calibrated").applied(find("V-sector-w8").experiment()).body
+BODY = reading_named("calibrated").applied(recipe("V-sector-w8").experiment()).body
 """Body of `make reproduce READING=calibrated`."""
 OMEGAS = (2.0, 3.0, 4.0, *np.arange(5.0, 10.01, 0.25).tolist(), 11.0, 12.0, 13.0, 14.0)
 """Hop frequencies [rad/s]."""

@@ -23,7 +23,7 @@ from tegotae.measures.evaluation import evaluate
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.statistics import mean_defined
 from tegotae.simulation.rollout import Timing
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
@@ -63,7 +63,7 @@ class EpisodeLength:
 
     def _row(self, name: str, episode_s: float, settle_s: float, population: int) -> list[str]:
         run = Run(
-            experiment=find(name).experiment(
+            experiment=recipe(name).experiment(
                 timing=Timing(duration_s=episode_s, tick_s=0.002),
                 objective=Fitness(settle_s=settle_s),
             ),

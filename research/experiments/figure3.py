@@ -41,7 +41,7 @@ from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.statistics import Interval, difference, interval
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.controller_file import load
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.curves import COLUMNS, COT, groups, late_mean, read_curves
 from tegotae.training.evolution import Evolution, Stopping
@@ -102,7 +102,7 @@ class Figure3:
         """Train one policy by one algorithm, from all seeds."""
         objective = Fitness(settle_s=SETTLE_S, follow_omega=False)
         learner = self._agent(arm) if arm in AGENTS else self._evolution(arm)
-        experiment = find(model).experiment(timing=EPISODE, objective=objective)
+        experiment = recipe(model).experiment(timing=EPISODE, objective=objective)
         run = Run(experiment=experiment, seeds=tuple(range(self.seeds)), learner=learner)
         train(run, self.out / arm / model)
 

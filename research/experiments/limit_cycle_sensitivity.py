@@ -30,7 +30,7 @@ from tegotae.measures.evaluation import EvaluatedEpisodes, Protocol
 from tegotae.measures.hopping import LimitCycle, gait
 from tegotae.measures.hopping.gait import Gait
 from tegotae.measures.hopping.metrics import LIMIT_CYCLE
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -68,7 +68,7 @@ def rollouts(window_s: float) -> list:
     sigma, omega = (x.ravel() for x in np.meshgrid(SIGMAS, OMEGAS))
     return [
         EvaluatedEpisodes(
-            build(f"V-{name}-w8"), sigma[:, None], Scenario(omega), Hopper(), protocol
+            recipe(f"V-{name}-w8").controller(), sigma[:, None], Scenario(omega), Hopper(), protocol
         ).disturbed()
         for name in ACTUATIONS
     ]

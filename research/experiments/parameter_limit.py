@@ -35,8 +35,8 @@ from tegotae.cli.console import exit_status
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.measures.statistics import Interval, difference, interval
-from tegotae.systems.grammar import BUDGET
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
+from tegotae.systems.term_sets import BUDGET
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
@@ -145,7 +145,7 @@ class ParameterLimit:
         print_summary(trainings)
 
     def _train(self, rule: str, size: int) -> Trained:
-        model, settings = find(self.model), WAYS[rule](size)
+        model, settings = recipe(self.model), WAYS[rule](size)
         experiment = model.experiment(budget=size)
         episode_s = experiment.timing.duration_s
         stopping = Stopping(generations=self.generations)

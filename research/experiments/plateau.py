@@ -32,7 +32,7 @@ from tegotae._support.files import output_folder, write_atomically
 from tegotae._support.tables import parse_numbers, read_csv
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.algorithms import CMAES, Algorithm, OpenES
 from tegotae.training.evolution import RUNNING, Evolution, Progress, Stopping
 from tegotae.training.run import Run
@@ -138,7 +138,7 @@ class Plateau:
         fitness: list[np.ndarray] = []
         for stage, (algorithm, share) in enumerate(stages):
             run = Run(
-                experiment=find(model).experiment(),
+                experiment=recipe(model).experiment(),
                 seeds=tuple(1000 * stage + seed for seed in range(self.seeds)),
                 learner=Evolution(
                     algorithm=algorithm,

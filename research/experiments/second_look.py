@@ -39,7 +39,7 @@ from tegotae.figures.learning_curves import (
 )
 from tegotae.figures.style import save_figure, write_tables
 from tegotae.measures.objectives.fitness import Fitness
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.agents import AgentSettings, PPOSettings, SACSettings
 from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.curves import read_curves
@@ -102,7 +102,7 @@ class SecondLook:
         """Train one policy by one algorithm, from all seeds."""
         objective = Fitness(settle_s=SETTLE_S, follow_omega=False)
         run = Run(
-            experiment=find(model).experiment(timing=EPISODE, objective=objective),
+            experiment=recipe(model).experiment(timing=EPISODE, objective=objective),
             seeds=tuple(range(self.seeds)),
             learner=AgentLearner(settings=suited(tuned(algorithm)), episodes=self.episodes),
         )

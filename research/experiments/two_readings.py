@@ -24,14 +24,14 @@ from tegotae import Hopper
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.statistics import Interval, interval
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 READINGS = {
     "the study": (DOCS / "_static" / "study" / "paper.csv", Hopper().weight_n),
     "calibrated": (
         DOCS / "_static" / "study-calibrated" / "calibrated.csv",
-        reading_named("calibrated").applied(find("V-sector-w8").experiment()).body.weight_n,
+        reading_named("calibrated").applied(recipe("V-sector-w8").experiment()).body.weight_n,
     ),
 }
 """The table of each reading, and the weight of its body [N]."""

@@ -25,11 +25,12 @@ from tegotae.figures.gaits.animation import LegPositions, pose
 from tegotae.figures.style import COLOURS
 from tegotae.measures.hopping.metrics import LIMIT_CYCLE
 from tegotae.parts.bodies import Hopper
+from tegotae.parts.fields import replace
 from tegotae.simulation.rollout import Timing, whole_trajectory
 from tegotae.simulation.schedules import Staircase
 from tegotae.simulation.world import with_changes
-from tegotae.systems.laws import short_law
 from tegotae.systems.legged import settling
+from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import resolve
 from tegotae.systems.system import System
 
@@ -96,7 +97,7 @@ class Run:
 def rollout(system: System, weights: Any, seconds: float, **changes: Any) -> Run:
     """A system of one leg, recorded for so long."""
     timing = Timing(duration_s=math.ceil(seconds), frame_s=0.01)
-    system = system.replaced({"timing": timing})
+    system = replace(system, {"timing": timing})
     omega = changes.pop("from_omega", None)
     scenario = with_changes(system.scenario(), system.body, changes)
     scenario = scenario if omega is None else scenario._replace(omega=omega)
@@ -190,7 +191,7 @@ def latch(figure: Figure, seconds: float) -> Playing:
     of_form = (table["form"] == "latch") & (table["subject"] == "study")
     of_law = of_form & (parse_numbers(table["omega"]) == 4.0)
     laws = Laws(*(parse_numbers(table[name])[of_law][2:3] for name in TITLES))
-    system, settle = system_of("study", "latch").replaced({"omega": 4.0}), 20.0
+    system, settle = replace(system_of("study", "latch"), {"omega": 4.0}), 20.0
     run = rollout(system, weights_of("study", "latch", laws), settle + 0.5 * seconds)
     phase, time = np.unwrap(run["phase_rad"]), run.time_s
     parked = np.abs(np.gradient(phase, time)) < PARKED * 4.0
@@ -244,7 +245,7 @@ def locked(omegas: np.ndarray) -> np.ndarray:
     commands]."""
     sigma, omega = (x.ravel() for x in np.meshgrid(SIGMAS, omegas, indexing="ij"))
     system = resolve("V-sector-w8").experiment().system
-    system = system.replaced({"timing": Timing(duration_s=40.0, frame_s=0.02)})
+    system = replace(system, {"timing": Timing(duration_s=40.0, frame_s=0.02)})
     scenario = system.scenario()._replace(omega=omega)
     outcome = system.rollout(OutcomeSummary()).run(sigma[:, None], scenario, system.body)
     is_locked = (outcome.regime == LIMIT_CYCLE) & (np.abs(outcome.winding_ratio - 1.0) < 0.01)
@@ -254,8 +255,7 @@ def locked(omegas: np.ndarray) -> np.ndarray:
 def tongue(figure: Figure, seconds: float) -> Playing:
     """The command falls: a clock and a learned controller, their hop rates, and the tongue."""
     saved = resolve("zoo:ART-rF-tphif-w4/0").controller()
-    clock = short_law("clock-w8")
-    assert clock is not None
+    clock = recipe("clock-w8")
     total = math.ceil(seconds)
     fall = {"omega": Staircase((SLOW - FAST) / (LEVELS - 1), total / LEVELS, float(LEVELS))}
     runs = [

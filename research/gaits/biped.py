@@ -22,7 +22,7 @@ from tegotae._support.files import write_atomically
 from tegotae.parts.bodies import Walker
 from tegotae.parts.terms import EllipticFoot
 from tegotae.simulation.recorder import needing
-from tegotae.systems.legged import walking
+from tegotae.systems.vanilla import walking
 
 OUT = Path(__file__).resolve().parents[2] / "docs" / "_static" / "gaits" / "biped.csv"
 BODIES = 4000

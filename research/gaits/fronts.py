@@ -19,8 +19,8 @@ from tegotae.analysis.gaits.front import Search, search_front
 from tegotae.figures.gaits.maps import front_figure
 from tegotae.figures.style import save_figure, styled
 from tegotae.measures.fronts import front, front_table
-from tegotae.systems.legged import system
-from tegotae.systems.tuned import FORCED, families
+from tegotae.systems.tuned import FORCED, front_families
+from tegotae.systems.vanilla import legged_named
 
 TABLES = Path(__file__).parents[2] / "src" / "tegotae" / "measures" / "fronts"
 PAGES = Path(__file__).parents[2] / "docs" / "_static" / "gaits"
@@ -47,8 +47,8 @@ def main() -> None:
             show(name)
         return
     for name in arguments.systems:
-        legged = system(name)
-        for family in families(legged).values():
+        legged = legged_named(name)
+        for family in front_families(legged).values():
             if arguments.family and family.name not in arguments.family:
                 continue
             search = FREE if name == MAIN else LESS

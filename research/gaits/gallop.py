@@ -36,13 +36,14 @@ from tegotae.figures.gaits.style import gait_colour
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.gaits.names import NO_GAIT, gait_of, nearest_pattern
 from tegotae.parts.bodies import Walker
-from tegotae.parts.fields import with_fields
+from tegotae.parts.fields import replace
 from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.schedules import Staircase
 from tegotae.simulation.world import with_changes
-from tegotae.systems.legged import Legged, lanes_of, random_phases, system
-from tegotae.systems.tuned import family
+from tegotae.systems.legged import Legged, lanes_of, random_phases
+from tegotae.systems.tuned import front_family
+from tegotae.systems.vanilla import legged_named
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "_static" / "gaits"
 GALLOPS = ("rotary gallop", "transverse gallop", "canter")
@@ -174,7 +175,7 @@ def commonest(names: np.ndarray) -> tuple[str, int]:
 
 def modes() -> None:
     """Write `gallop-modes.csv`."""
-    legged = system("quadruped-g")
+    legged = legged_named("quadruped-g")
     rows = [a | b for a, b in zip(coupling(legged), emerged(legged), strict=True)]
     write_rows(FOLDER / "gallop-modes.csv", rows, digits=4)
 
@@ -193,7 +194,7 @@ def released(
         tuned: frequency, gain and ellipse, [bodies].
         starts: releases of each.
     """
-    kind = family(legged, "vanilla ellipse")
+    kind = front_family(legged, "vanilla ellipse")
     lanes = {name: np.repeat(x, starts) for name, x in tuned.items()}
     changes = {name: np.repeat(x, starts, axis=-1) for name, x in bodies.items()}
     count = len(lanes["omega"])
@@ -211,7 +212,7 @@ def released(
 
 def own_numbers(legged: Legged, omega: np.ndarray) -> dict[str, np.ndarray]:
     """The system's gain and ellipse at frequencies."""
-    return family(legged, "vanilla ellipse").numbers(legged, {"omega": omega})
+    return front_family(legged, "vanilla ellipse").numbers(legged, {"omega": omega})
 
 
 R, COM_X = np.linspace(0.2, 0.8, 16), np.linspace(-0.3, 0.3, 13)
@@ -219,7 +220,7 @@ R, COM_X = np.linspace(0.2, 0.8, 16), np.linspace(-0.3, 0.3, 13)
 
 def mapped() -> None:
     """Write `gallop-map.csv`: gaits over r and com_x, r by ω or by the inertia of pitching."""
-    legged, starts, rows = system("quadruped-g"), 4, []
+    legged, starts, rows = legged_named("quadruped-g"), 4, []
     body: Any = legged.body
     r, com = (x.ravel() for x in np.meshgrid(R, COM_X, indexing="ij"))
     arms = np.array(body.hips_x_m)[:, None] - com
@@ -267,7 +268,7 @@ def possible(legged: Legged, bodies: dict[str, np.ndarray]) -> np.ndarray:
             for name, x in bodies.items()
         }
         try:
-            with_fields(legged.body, fields).check_tick(legged.timing.tick_s)
+            replace(legged.body, fields).check_tick(legged.timing.tick_s)
         except TegotaeError:
             continue
         able.append(k)
@@ -382,7 +383,7 @@ def of_system(legged: Legged) -> dict[str, np.ndarray]:
 
 def search(count: int = 512, rounds: int = 4) -> None:
     """Write `gallop-search.csv`: the bodies whose gallop does best beside the trot below it."""
-    legged = system("quadruped-g")
+    legged = legged_named("quadruped-g")
     draw = np.random.default_rng(0)
     archive: dict[str, np.ndarray] = {}
     around = of_system(legged)
@@ -418,7 +419,7 @@ def best() -> None:
     It beats them in speed and in cost: of the rows of the search whose gallop costs less than the
     fastest trot below it, the one that is faster by most.
     """
-    legged, starts = system("quadruped-g"), 8
+    legged, starts = legged_named("quadruped-g"), 8
     table = read_csv(FOLDER / "gallop-search.csv")
     columns = {name: parse_numbers(x) for name, x in table.items() if name != "gallop"}
     pays = columns["gallop_cost"] < columns["trot_cost"]
@@ -482,7 +483,7 @@ second."""
 def risen() -> tuple[Legged, Any, list[str], list[Any], Timing]:
     """Simulate one rollout in which ω rises by steps; return system, trajectory, and the gait of
     each level."""
-    legged = system("quadruped-g")
+    legged = legged_named("quadruped-g")
     timing = staircase_timing(legged.timing, len(RISE), DWELL)
     phase = random_phases(4, 1)
     off = DETUNING * np.random.default_rng(0).normal(size=phase.shape)

@@ -23,7 +23,7 @@ from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, sty
 from tegotae.parts.bodies import Bar, Body, Plate
 from tegotae.simulation.recorder import needing
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 FOLDER = Path(__file__).parent
 SIGMA, OMEGA = 1.0, 8.0
@@ -70,7 +70,7 @@ def listen(law: str) -> Leg:
     H(ψ) = (1/T) ∫ Z(t) F(t + ψ T / 2π) dt, with Z the shift of phase by an impulse [rad/(N s)], and
     F the force of the leg on the body [N], here the mass times its acceleration and gravity.
     """
-    saved = SavedController.from_weights(build(LAWS[law]), np.array([SIGMA]), OMEGA)
+    saved = SavedController.from_weights(recipe(LAWS[law]).controller(), np.array([SIGMA]), OMEGA)
     orbit = find_orbit(saved)
     pushes = np.array([PUSH_NS, -PUSH_NS])
     response = measure_phase_response(saved, orbit, pushes, points=POINTS, cycles=60)
@@ -246,7 +246,7 @@ def shares(law: str, ratio: np.ndarray, omega: np.ndarray) -> tuple[np.ndarray, 
     cells = np.arange(len(ratio)).repeat(STARTS)
     start = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, (2, STARTS))
     rollout = Rollout(
-        controller=dataclasses.replace(build(LAWS[law]), limbs=2),
+        controller=dataclasses.replace(recipe(LAWS[law]).controller(), limbs=2),
         timing=Timing(duration_s=300.0, frame_s=1.0, tick_s=0.002),
         summary=last_lags,
     )
@@ -283,7 +283,7 @@ def plates(law: str) -> list[dict]:
         ratios = np.array([[x for x in case if x is not None] for case in cases]).T
         names = ("pitch_inertia_ratio", "roll_inertia_ratio", "twist_inertia_ratio")
         rollout = Rollout(
-            controller=dataclasses.replace(build(LAWS[law]), limbs=4),
+            controller=dataclasses.replace(recipe(LAWS[law]).controller(), limbs=4),
             timing=Timing(duration_s=300.0, frame_s=1.0, tick_s=0.002),
             summary=last_lags,
         )

@@ -25,7 +25,8 @@ from tegotae.parts.bodies import Walker
 from tegotae.parts.channels import Channel, Latest, Total
 from tegotae.parts.parameters import traceable
 from tegotae.simulation.recorder import needing
-from tegotae.systems.legged import lanes_of, random_phases, system
+from tegotae.systems.legged import lanes_of, random_phases
+from tegotae.systems.vanilla import legged_named
 
 OUT = Path(__file__).resolve().parents[2] / "docs" / "_static" / "gaits"
 CASES = (
@@ -107,7 +108,7 @@ def watched(trajectory, scenario, body, timing):
 
 def row(name: str, omega: float) -> dict[str, Any]:
     """Measure one system at a frequency: medians over the starts."""
-    legged = system(name).with_numbers(omega=omega)
+    legged = legged_named(name).with_numbers(omega=omega)
     scenario = legged.scenario(random_phases(legged.body.limbs, STARTS, 1))
     body_fields = {field.name: getattr(legged.body, field.name) for field in fields(legged.body)}
     results = legged.rollout(legged.summary()).run(legged.weights, scenario, legged.body)

@@ -32,7 +32,7 @@ from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.statistics import interval
 from tegotae.simulation.world import Uniform
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.collection import read_runs
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
@@ -73,7 +73,7 @@ def main(words: Sequence[str] | None = None) -> None:
             baseline, weights=baseline.weights[: len(SEEDS)], labels=baseline.labels[: len(SEEDS)]
         )
         folder = arguments.out / "training" / name
-        train(run_of(varied(find(name).experiment())), folder)
+        train(run_of(varied(recipe(name).experiment())), folder)
         (retrained,) = read_runs(folder)
         pairs.append((baseline, retrained))
         controllers += [

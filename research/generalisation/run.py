@@ -43,7 +43,7 @@ from tegotae.simulation.rollout import (
     Timing,
     Trajectory,
 )
-from tegotae.systems.models import all_models
+from tegotae.systems.recipe import study_recipes
 from tegotae.training.collection import read_runs
 
 KEPT = Path(__file__).parents[2] / "research" / "generalisation"
@@ -87,7 +87,7 @@ def ordered(controllers: Sequence[ControllersUnderTest]) -> list[ControllersUnde
 
 def architecture(tested: Tested) -> str:
     """The architecture of a set's model."""
-    return all_models()[tested.name].architecture
+    return study_recipes()[tested.name].terms.architecture
 
 
 def grouped(results: Sequence[Done]) -> dict[str, list[Done]]:

@@ -33,7 +33,7 @@ from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.wiring import Wiring, load_wiring
 from tegotae.parts.terms import EllipticFoot
 from tegotae.systems.controller_file import SavedController, save
-from tegotae.systems.designs import design
+from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import resolve
 from tegotae.training.algorithms import CMAES
 from tegotae.training.environments.experiment import EnvExperiment
@@ -48,7 +48,7 @@ SLOWEST, FASTEST = 5.0, 50.0
 
 def untrained() -> Wiring:
     """The robot's limbs under the ellipse that all trainings begin with."""
-    controller = design("clock-p@quadruped-c").controller()
+    controller = recipe("clock-p@quadruped-c").controller()
     base = resolve("quadruped-c").controller()
     system = dataclasses.replace(base.system, controller=controller)
     numbers = np.array([ELLIPSE.get(path[-1], 0.0) for path in controller.weight_names])
@@ -139,7 +139,7 @@ def fitness(wiring: Wiring, candidates: np.ndarray, start: int, phase: Phase) ->
 
 def adapt(seed: int) -> None:
     """Add tilt-triggered step adaptation to a trained trot with balance reflexes, and keep it."""
-    wiring, law = wiring_of(trained("clock-p")[seed]), design("wary@quadruped-c").controller()
+    wiring, law = wiring_of(trained("clock-p")[seed]), recipe("wary@quadruped-c").controller()
     share = ADAPTATION["lift"]
     assert wiring.controller is not None
     lift = np.array([path[-1] == "lift_m" for path in wiring.controller.weight_names])

@@ -15,14 +15,15 @@ from research.reproduction.readings.named import reading_named
 from tegotae.analysis.maps import OutcomeSummary
 from tegotae.measures.hopping.metrics import FAILED, LIMIT_CYCLE
 from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.fields import replace
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import ConstantGain, FreeSector, Sector, ShiftedAction
 from tegotae.simulation.rollout import Timing
 from tegotae.study import Arrays
-from tegotae.systems.families import nominal_speed_m_per_s
-from tegotae.systems.laws import LAWS, short_law
-from tegotae.systems.legged import system as legged_system
+from tegotae.systems.recipe import recipe
 from tegotae.systems.system import System
+from tegotae.systems.term_sets import LAWS, nominal_speed_m_per_s
+from tegotae.systems.vanilla import legged_named as legged_system
 
 SEED = 20251
 FORMS = {"load": 0.25, "latch": 0.5, "decay": 0.25}
@@ -135,12 +136,12 @@ def system_of(subject: str, form: str) -> System:
     if subject == "quadruped":
         legged = legged_system("quadruped-c")
         controller = dataclasses.replace(legged.controller, tegotae=terms)
-        return legged.system.replaced({"controller": controller})
-    plain = short_law("clock-w8").experiment()
+        return replace(legged.system, {"controller": controller})
+    plain = recipe("clock-w8").experiment()
     if subject == "calibrated":
         plain = reading_named("calibrated").applied(plain)
     controller = Controller(FreeSector(), PhaseOscillator(), terms)
-    return plain.system.replaced({"controller": controller})
+    return replace(plain.system, {"controller": controller})
 
 
 def weights_of(subject: str, form: str, laws: Laws) -> np.ndarray:
@@ -165,7 +166,7 @@ def measured(
     Rate and speed are those of laws that hop or walk, NaN of others; of legs also the lags of
     three behind the left hind one [cycles].
     """
-    system = system_of(subject, form).replaced({"omega": omega, "timing": timing})
+    system = replace(system_of(subject, form), {"omega": omega, "timing": timing})
     weights = weights_of(subject, form, laws)
     if subject != "quadruped":
         scenario = system.scenario(phase_rad=phases[0])
@@ -179,7 +180,7 @@ def measured(
         scenario = system.scenario(phase_rad=phases)
         outcome = system.rollout(legged.summary()).run(weights, scenario, system.body)
         failed = np.isfinite(outcome.fall_time_s)
-        fast = outcome.speed_m_per_s >= 0.5 * nominal_speed_m_per_s(legged, omega)
+        fast = outcome.speed_m_per_s >= 0.5 * nominal_speed_m_per_s(legged.system, omega)
         moves = np.isfinite(outcome.lock_time_s) & (outcome.cycle_frequency_hz > 0.0) & fast
         values = {
             "merit": 1.0 / np.maximum(outcome.cost_of_transport, 1e-3),

@@ -15,8 +15,10 @@ from tegotae._support.tables import read_csv
 from tegotae.analysis.gaits.releases import Releases, release_all
 from tegotae.measures.objectives.walking import TRACKING, log_gain
 from tegotae.parts._shapes import LaneNumbers
+from tegotae.parts.fields import replace
 from tegotae.systems.controller_file import ControllerSet, load
-from tegotae.systems.legged import Legged, settling, system
+from tegotae.systems.legged import Legged, settling
+from tegotae.systems.vanilla import legged_named
 from tegotae.training.collection import read_runs
 
 OMEGAS = tuple(float(x) for x in np.arange(1.0, 3.51, 0.25))
@@ -35,7 +37,7 @@ CONDITIONS: dict[str, Mapping[str, LaneNumbers]] = {
     "delay 0.03": {"delay_s": 0.03},
 }
 """Disturbances of laws for a range; noise in units of the weight, delay in √(l0/g)."""
-TIMING = system("quadruped-c").timing
+TIMING = legged_named("quadruped-c").timing
 """Timing of every evaluation: that of the fronts."""
 FALLEN = -10.0
 """Score of a release that falls in the selection: less than that of any walk."""
@@ -82,7 +84,7 @@ def ranged(cell: Cell, runs: ControllerSet, legged: Legged) -> dict[str, list[di
 
     def at_all(starts: int, seed: int, changes: Mapping[str, LaneNumbers]) -> Releases:
         meets = {**USUAL, **changes}
-        timed = legged.replaced(timing=TIMING)
+        timed = replace(legged, {"timing": TIMING})
         return release_all(timed, runs.weights, OMEGAS, starts, seed=seed, changes=meets)
 
     chosen_by = at_all(SELECTION, SELECTION_SEED, {})

@@ -36,6 +36,7 @@ from tegotae.analysis.gaits.releases import release_all
 from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.statistics import mean_defined
+from tegotae.parts.fields import replace
 from tegotae.systems.legged import Legged
 
 LAWS = ("decay-t", "decay")
@@ -136,7 +137,7 @@ def values(number: str, trained: float) -> list[tuple[str, float]]:
 
 def measured(legged: Legged, laws: np.ndarray) -> pd.DataFrame:
     """Measure laws at every command: a row each."""
-    timed = legged.replaced(timing=TIMING)
+    timed = replace(legged, {"timing": TIMING})
     releases = release_all(timed, laws, OMEGAS, RELEASES, seed=TEST_SEED, changes=USUAL)
     duty = releases.frame.filter(like="duty_factor").to_numpy().mean(axis=1)
     stands = ~np.isfinite(releases.frame["fall_time_s"].to_numpy())

@@ -17,10 +17,9 @@ from tegotae.measures.objectives.walking import CommandedWalking
 from tegotae.parts.bodies import Sensors
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import Uniform
-from tegotae.systems.designs import Design, design
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.families import nominal_speed_m_per_s
-from tegotae.systems.laws import LAWS_OF_LEGS
+from tegotae.systems.recipe import Recipe, recipe
+from tegotae.systems.term_sets import LAWS_OF_LEGS, nominal_speed_m_per_s
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
@@ -97,9 +96,9 @@ class Cell:
     """True if the law is trained for a range of commands, under changing conditions."""
 
     @cached_property
-    def design(self) -> Design:
-        """The design."""
-        return design(self.recipe)
+    def design(self) -> Recipe:
+        """The recipe."""
+        return recipe(self.recipe)
 
     @property
     def name(self) -> str:
@@ -128,21 +127,21 @@ class Cell:
         )
 
 
-def advance_m_per_rad(recipe: Design) -> float:
+def advance_m_per_rad(design: Recipe) -> float:
     """The way per radian of the command that is wanted [m/rad]."""
-    nominal = nominal_speed_m_per_s(recipe.system, 1.0)
+    nominal = nominal_speed_m_per_s(design.system, 1.0)
     assert nominal is not None  # all have ellipses
     return HURRY * nominal
 
 
-def for_a_range(experiment: Experiment, recipe: Design) -> Experiment:
+def for_a_range(experiment: Experiment, design: Recipe) -> Experiment:
     """Return the experiment for a range of commands from any release, on bodies that differ."""
     objective = CommandedWalking(
         front=training_front(),
-        advance_m_per_rad=advance_m_per_rad(recipe),
+        advance_m_per_rad=advance_m_per_rad(design),
         settle_s=0.5 * EPISODE.duration_s,
     )
-    return recipe.experiment(
+    return design.experiment(
         body=Sensors(body=experiment.body, most_ticks=DELAY_TICKS),
         name=experiment.name.replace("@", "+range@"),
         timing=EPISODE,

@@ -24,8 +24,9 @@ from tegotae.figures.gaits.style import gait_colour
 from tegotae.figures.style import COLUMN_IN, new_figure, save_figure, styled
 from tegotae.measures.gaits.lags import circular_mean
 from tegotae.measures.gaits.names import NO_GAIT
-from tegotae.systems.legged import settling, system
+from tegotae.systems.legged import settling
 from tegotae.systems.resolve import resolve
+from tegotae.systems.vanilla import legged_named
 
 FOLDER = Path(__file__).resolve().parents[2] / "research" / "learned_legs"
 LEVELS = np.linspace(1.0, 3.6, 14)
@@ -38,7 +39,7 @@ STARTS = 4
 
 def swept(names: list[str]) -> list[dict[str, Any]]:
     """A row per controller, way and level."""
-    runs = [("V", system("quadruped-c"))]
+    runs = [("V", legged_named("quadruped-c"))]
     for name in names:
         for path, saved in resolve(name).weighted():
             runs.append((path.stem, settling(saved.system, saved.weights)))

@@ -23,7 +23,7 @@ from tegotae.parts.terms import EllipticFoot, Signals
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Rollout, Scenario, Timing
-from tegotae.systems.legged import system
+from tegotae.systems.vanilla import legged_named
 
 REACH_M = 0.4
 """Largest distance of a foot ahead of or behind its hip [l0]."""
@@ -51,7 +51,7 @@ class TimedEllipse(Actuation):
     harmonics: int = 3
     turns: int = 1
     """Number of rounds of the foot in a turn of θ."""
-    around: EllipticFoot = system("quadruped-c").controller.actuation  # type: ignore[assignment]
+    around: EllipticFoot = legged_named("quadruped-c").controller.actuation  # type: ignore[assignment]
 
     @property
     def needs_phase(self) -> bool:

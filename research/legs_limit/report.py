@@ -25,7 +25,7 @@ from tegotae.measures.gaits.names import nearest_pattern
 from tegotae.parts.bodies import Walker
 from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Timing
-from tegotae.systems.legged import system
+from tegotae.systems.vanilla import legged_named
 
 ROOT = Path(__file__).resolve().parents[2]
 TABLES = GAITS.parent
@@ -33,7 +33,7 @@ FINE = Timing(duration_s=108.0, tick_s=0.004, frame_s=0.04)
 """Timing of the kept rollouts: ticks of a third, three times as long."""
 TOP = 4
 """Gaits of every speed that are simulated finely."""
-NAMES = system("quadruped-c").names
+NAMES = legged_named("quadruped-c").names
 Stages = dict[str, tuple[Space, np.ndarray, Found]]
 
 

@@ -17,6 +17,7 @@ from tegotae.analysis.gaits.releases import GaitRun, simulate_gaits
 from tegotae.figures.animation import FRAMES_PER_S, save_animation
 from tegotae.figures.gaits.animation import LegPositions, moving, pose
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
+from tegotae.parts.fields import replace
 from tegotae.simulation.rollout import Timing, Trajectory
 from tegotae.simulation.schedules import Step
 from tegotae.simulation.world import with_changes
@@ -51,10 +52,10 @@ def loses(legged: Legged, leg: str) -> GaitRun:
     changes = {"present": Step(np.array(presence)[:, None], from_s=LOST_S)}
     scenario = with_changes(legged.scenario(phase), legged.body, changes)
     trajectory = legged.run(_Whole(), scenario, TIMING)
-    intact = legged.replaced(timing=dataclasses.replace(TIMING, duration_s=LOST_S))
+    intact = replace(legged, {"timing": dataclasses.replace(TIMING, duration_s=LOST_S)})
     return dataclasses.replace(
         simulate_gaits(intact, phase[:, 0].tolist()),
-        legged=legged.replaced(timing=TIMING),
+        legged=replace(legged, {"timing": TIMING}),
         trajectory=jax.tree.map(lambda x: np.asarray(x)[..., 0], trajectory),
     )
 

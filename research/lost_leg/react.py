@@ -33,7 +33,8 @@ from tegotae.parts.bodies import Walker
 from tegotae.parts.terms import EllipticFoot
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController, load
-from tegotae.systems.legged import Legged, settling, walking
+from tegotae.systems.legged import Legged, settling
+from tegotae.systems.vanilla import walking
 from tegotae.training.learner import versions_of
 
 ZOO = Path(__file__).resolve().parents[2] / "src/tegotae/systems/zoo/data/lost-leg.npz"

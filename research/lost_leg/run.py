@@ -35,7 +35,8 @@ from tegotae.simulation.rollout import Timing
 from tegotae.simulation.schedules import Step
 from tegotae.simulation.world import OneOf, Uniform, with_changes
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.legged import SYSTEMS, Legged, random_phases, settling, walking
+from tegotae.systems.legged import Legged, random_phases, settling
+from tegotae.systems.vanilla import SYSTEMS, walking
 from tegotae.training.algorithms import CMAES
 from tegotae.training.collection import read_runs
 from tegotae.training.evolution import Evolution, Stopping

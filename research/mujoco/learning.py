@@ -32,7 +32,7 @@ from tegotae.envs.wrapper import Pilot
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, save_figure, styled
 from tegotae.measures.statistics import interval
 from tegotae.parts.controller import Controller
-from tegotae.systems.models import build, find
+from tegotae.systems.recipe import recipe
 from tegotae.training.agents import agent_controller
 from tegotae.training.agents.actor import Feedback, Observed
 from tegotae.training.environments.experiment import EnvExperiment
@@ -65,7 +65,7 @@ LIMIT = 40.0
 
 def policy(model: str) -> Controller:
     """The policy that all three learn: f = L tanh(G A' R / L)."""
-    return agent_controller(find(model).experiment(), tuned("sac"))
+    return agent_controller(recipe(model).experiment(), tuned("sac"))
 
 
 def experiment(model: str) -> EnvExperiment:
@@ -87,7 +87,7 @@ class Feedbacks(VecEnv):
     def __init__(self, task: EnvExperiment, lanes: int) -> None:
         self.hoppers = ModelLanes(task.spec.model_settings, lanes, threads=1)
         # The same oscillator and actuation; σ = 0 leaves the feedback to the agent.
-        kind = build("V-reflex-w8" if "reflex" in task.name else "V-sector-w8")
+        kind = recipe("V-reflex-w8" if "reflex" in task.name else "V-sector-w8").controller()
         bare = dataclasses.replace(task, wiring=task.wiring.reading(kind))
         self.pilot = Pilot(bare.wires, bare.wiring, np.zeros((1, lanes)))
         names = task.wires.observed

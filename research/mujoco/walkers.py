@@ -28,7 +28,7 @@ from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.wiring import load_wiring
 from tegotae.figures.style import COLOURS, new_figure, save_figure, styled
 from tegotae.systems.controller_file import load
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import EpisodeBatch, Return
 from tegotae.training.environments.rollouts import EnvRollouts
@@ -126,7 +126,7 @@ def experiment(body: Body, model: str, seconds: float) -> EnvExperiment:
         wiring = dataclasses.replace(wiring, max_force=body.max_force)
     settings: dict[str, Any] = {"omega": body.omega, "duration_s": seconds, "episodes": 2}
     return dataclasses.replace(
-        EnvExperiment.of_model(find(model), spec, wiring, **settings), objective=Return()
+        EnvExperiment.from_recipe(recipe(model), spec, wiring, **settings), objective=Return()
     )
 
 

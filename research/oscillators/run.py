@@ -41,7 +41,7 @@ from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.statistics import interval, stratified_difference
 from tegotae.parts.oscillators import OSCILLATORS, PHASE
 from tegotae.study import on_cores
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -107,7 +107,7 @@ class Matter:
         """Return the plan of trainings and evaluations."""
         names = dict.fromkeys((PHASE, *self.oscillators))
         experiments = tuple(
-            find(model_name(architecture, oscillator, omega)).experiment()
+            recipe(model_name(architecture, oscillator, omega)).experiment()
             for oscillator in names
             for architecture in self.architectures
             for omega in self.omegas
@@ -131,7 +131,7 @@ class Matter:
 
 def model_name(architecture: str, oscillator: str, omega: float) -> str:
     """The architecture's plainest member, at a training frequency, with an oscillator."""
-    plain = find(architecture).name.removesuffix("-w8")
+    plain = recipe(architecture).name.removesuffix("-w8")
     return f"{plain}-w{omega:g}" + ("" if oscillator == PHASE else f"+{oscillator}")
 
 

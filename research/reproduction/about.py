@@ -10,7 +10,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae.parts.bodies import Body, Hopper
 from tegotae.systems.descriptions import document_path, restore
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.models import all_models
+from tegotae.systems.recipe import study_recipes
 
 _VALUES = {
     document_path(Experiment, path): words
@@ -70,7 +70,7 @@ def _reading(experiments: list[Mapping[str, Any]]) -> str:
 
 
 def _name(experiment: Mapping[str, Any], shared: Mapping[str, Any]) -> str:
-    standard = all_models()["V-sector-w4"].experiment().document
+    standard = study_recipes()["V-sector-w4"].experiment().document
     if len(shared) == len(_VALUES) and all(
         _entry(standard, path) == shared[path] for path in shared
     ):

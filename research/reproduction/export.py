@@ -16,7 +16,7 @@ from research.reproduction.unit import record_key
 from tegotae._support import tables
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder
-from tegotae.systems.study_records import SUFFIX
+from tegotae.systems.controller_file import SUFFIX
 
 _WORDS = (
     "model",

@@ -19,7 +19,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
 from tegotae._support.workplace import STUDY, alone, locked
 from tegotae.study import DamagedRecordError, Study
-from tegotae.systems.study_records import SUFFIX
+from tegotae.systems.controller_file import SUFFIX
 
 
 class Work(Protocol):

@@ -21,8 +21,8 @@ from tegotae.measures.objectives.fitness import Fitness
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.descriptions import describe
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.laws import LAWS, ShortLaw
-from tegotae.systems.models import Model, all_models, find
+from tegotae.systems.recipe import Recipe, recipe, study_recipes
+from tegotae.systems.term_sets import LAWS
 from tegotae.training.algorithms import PGPE, Algorithm, algorithm_document
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
@@ -220,7 +220,7 @@ def _smoke() -> Plan:
     return Plan(
         scale="smoke",
         experiments=tuple(
-            find(name).experiment(
+            recipe(name).experiment(
                 timing=Timing(duration_s=4.0, tick_s=0.002),
                 objective=Fitness(settle_s=2.0),
                 protocol=Protocol(undisturbed_s=8.0, disturbed_s=8.0, offsets=(-1.0, 1.0)),
@@ -235,31 +235,31 @@ def _smoke() -> Plan:
 
 
 def _quick() -> Plan:
-    def plain(model: Model) -> bool:
-        if model.is_single_network:
+    def plain(model: Recipe) -> bool:
+        if model.omega_t is None:
             return True
-        sensed = {x for x in (model.terms.reaction, model.terms.gain) if x}
-        half_learned = model.terms.action != (model.terms.reaction is not None)
+        sensed = {x for x in (model.learned_terms.reaction, model.learned_terms.gain) if x}
+        half_learned = model.learned_terms.action != (model.learned_terms.reaction is not None)
         return model.actuation in _PLAIN and len(sensed) < 2 and not half_learned
 
-    models = filter(plain, all_models().values())
+    models = filter(plain, study_recipes().values())
     return Plan(scale="quick", experiments=tuple(entry.experiment() for entry in models), seeds=5)
 
 
 def _paper() -> Plan:
-    experiments = tuple(model.experiment() for model in all_models().values())
+    experiments = tuple(model.experiment() for model in study_recipes().values())
     return Plan(scale="paper", experiments=experiments, seeds=15)
 
 
 def _learning() -> Plan:
     drives = ("sector", "reflex", "both"), ("tphi", "tf", "tphif")
     models = [
-        find(f"{architecture}-{drive}-w{omega:g}").experiment()
+        recipe(f"{architecture}-{drive}-w{omega:g}").experiment()
         for architecture in MAIN
         for drive in drives["T" in architecture]
         for omega in OMEGAS
     ]
-    laws = [ShortLaw(law, omega).experiment() for law in LAWS for omega in OMEGAS]
+    laws = [recipe(f"{law}-w{omega:g}").experiment() for law in LAWS for omega in OMEGAS]
     return Plan(scale="learning", experiments=(*models, *laws), seeds=15)
 
 

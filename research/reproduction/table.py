@@ -17,8 +17,8 @@ from tegotae.measures.metric import Metric
 from tegotae.measures.optimum import has_table
 from tegotae.measures.statistics import mean_defined
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.models import Model, all_models, at_another_omega
 from tegotae.systems.observations import OBSERVATIONS
+from tegotae.systems.recipe import Recipe, study_recipe, study_recipes
 
 ARCHITECTURES = ("V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT", "T")
 """The architectures that the paper shows, in its order. Models that learn A or R
@@ -143,8 +143,8 @@ def tabulate_sampled(records: Iterable[Record]) -> StudyTable:
 def registry_order(records: Iterable[Record]) -> list[Record]:
     """Records in the order of the registry of models, those of other experiments behind them."""
     by_name = {record.model: record for record in records}
-    extra = sorted(by_name.keys() - all_models().keys())
-    return [by_name[name] for name in (*all_models(), *extra) if name in by_name]
+    extra = sorted(by_name.keys() - study_recipes().keys())
+    return [by_name[name] for name in (*study_recipes(), *extra) if name in by_name]
 
 
 def means(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -248,7 +248,7 @@ def record_place(record: Record) -> DesignPlace:
     own."""
     name, omega = record.model, record.experiment.omega
     parameters = record.weights.shape[-1]
-    if (model := all_models().get(name) or at_another_omega(name)) is not None:
+    if (model := study_recipe(name)) is not None:
         return {**design_place(model), "parameters": parameters}
     senses = _senses(record.experiment)
     known = (x.name for x in OBSERVATIONS.values() if {*x.senses} == senses and not x.of_body)
@@ -272,14 +272,14 @@ def _senses(experiment: Experiment) -> set[str]:
     return reads.intersection(experiment.body.SENSES)
 
 
-def design_place(model: Model) -> DesignPlace:
+def design_place(model: Recipe) -> DesignPlace:
     """Return a model's position in the study's design."""
     return {
         "model": model.name,
-        "architecture": model.architecture,
-        "learned": "".join(model.learned_terms),
-        "reaction": model.terms.reaction or "",
-        "gain": model.terms.gain or "",
+        "architecture": model.terms.architecture,
+        "learned": "".join(model.terms.learned),
+        "reaction": model.learned_terms.reaction or "",
+        "gain": model.learned_terms.gain or "",
         "actuation": model.actuation,
         "observation": "Fv" if "velocity" in model.observation else "F",
         "omega_t": np.nan if model.omega_t is None else model.omega_t,

@@ -16,9 +16,8 @@ from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_arrays
 from tegotae.systems import controller_file
-from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import all_models
-from tegotae.systems.study_records import NOT_OF_THE_TRAINING
+from tegotae.systems.controller_file import NOT_OF_THE_TRAINING, SavedController
+from tegotae.systems.recipe import study_recipes
 from tegotae.systems.zoo import FORMAT, VERSION, Zoo
 
 
@@ -71,10 +70,10 @@ def core(archive: Zoo) -> Iterator[ZooEntry]:
     """Select the part of the paper's study that an installed package has: single networks, and
     models that sense F_k alone, with a reflex, an actuation learned from φ and f, or, where A and R
     are learned, a sector."""
-    for name, model in all_models().items():
-        plain = "Fv" not in (model.terms.reaction, model.terms.gain)
-        is_common = model.actuation in ("reflex", "tphif") or {"A", "R"} <= {*model.learned_terms}
-        is_core = model.is_single_network or (plain and is_common and model.actuation in ACTUATIONS)
+    for name, model in study_recipes().items():
+        plain = "Fv" not in (model.learned_terms.reaction, model.learned_terms.gain)
+        is_common = model.actuation in ("reflex", "tphif") or {"A", "R"} <= {*model.terms.learned}
+        is_core = model.omega_t is None or (plain and is_common and model.actuation in ACTUATIONS)
         if is_core and name in archive.models:
             runs = archive.runs(name)
             summary = {

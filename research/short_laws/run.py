@@ -4,7 +4,7 @@
     python -m research.short_laws.run --seeds 5 --omegas 4
     python -m research.short_laws.run --tables-only # only the table anew
 
-Every short law (`tegotae.systems.laws`) is trained as the paper's models are: by PGPE to its
+Every short law (`tegotae.systems.term_sets`) is trained as the paper's models are: by PGPE to its
 plateau, from the same seeds, released from the same height, on the study's body, and evaluated
 like them. Beside them stand learned controllers, trained alike, and vanilla ones, whose gain a
 search finds. A run's merit is its mean CoT⁻¹
@@ -31,8 +31,8 @@ import tegotae as tg
 from research.frame import write_rows, write_text
 from tegotae.cli.console import exit_status
 from tegotae.measures.statistics import interval
-from tegotae.systems.laws import LAWS
 from tegotae.systems.resolve import resolve
+from tegotae.systems.term_sets import LAWS
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 VANILLA = ("V-sector", "V-reflex")

@@ -20,8 +20,8 @@ from tegotae.api.controller import Changes
 from tegotae.api.experiments import adjusted, experiment_named, option_defaults
 from tegotae.api.parameters import Values, in_shell
 from tegotae.api.results import Table, short
-from tegotae.systems.registry import name_of
-from tegotae.systems.user_objects import is_reference
+from tegotae.parts.fields import replace
+from tegotae.systems.registry import is_reference, name_of
 from tegotae.training.settings import agents, settings_named
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ def search(
     Settings are compared by their mean fitness over all models.
 
     Args:
-        model: model, architecture, design, or an experiment of your own.
+        model: a recipe, such as ART or AR@quadruped-c, or an experiment of your own.
         others: further ones.
         storage: file that keeps every trial, an Optuna journal.
         algorithm: learning algorithm: a name such as pgpe, or your own, FILE.py:OBJECT.
@@ -186,7 +186,7 @@ def task_of(models: Sequence[str], options: Mapping[str, Any]) -> TuningTask:
     budget = options.get("budget")
     trainings = [adjusted(experiment_named(x, budget=budget, **parts), values) for x in models]
     if options["algorithm"] in agents():  # whose reward has no ΔΩ: they are evaluated without it
-        trainings = [x.replaced(objective=x.objective.without_frequency()) for x in trainings]
+        trainings = [replace(x, {"objective": x.objective.without_frequency()}) for x in trainings]
     seconds = options["simulated_s"]
     return TuningTask(experiments=tuple(trainings), seeds=options["seeds"], budget_s=seconds)
 

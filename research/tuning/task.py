@@ -38,8 +38,9 @@ class TuningTask:
             nothing to train.
 
     Example:
-        >>> from tegotae.systems.models import find
-        >>> TuningTask(experiments=(find("ART").experiment(), find("AR").experiment())).instances
+        >>> from tegotae.systems.recipe import recipe
+        >>> experiments = recipe("ART").experiment(), recipe("AR").experiment()
+        >>> TuningTask(experiments=experiments).instances
         8
     """
 

@@ -27,7 +27,7 @@ _HOMES = {
     "tegotae.systems.controller_file": ("SavedController", "save"),
     "tegotae.systems.experiment": ("Experiment",),
     "tegotae.systems.registry": ("register",),
-    "tegotae.systems.resolve": ("recipe",),
+    "tegotae.systems.recipe": ("recipe",),
     "tegotae.systems.system": ("System",),
 }
 _NAMESPACES = {

@@ -29,8 +29,8 @@ from tegotae.systems.controller_file import (
     save as save,
 )
 from tegotae.systems.experiment import Experiment as Experiment
+from tegotae.systems.recipe import recipe as recipe
 from tegotae.systems.registry import register as register
-from tegotae.systems.resolve import recipe as recipe
 from tegotae.systems.system import System as System
 from tegotae_robots.api import robots as robots
 

@@ -26,7 +26,7 @@ from tegotae.analysis.maps import (
 from tegotae.measures.hopping.metrics import AT_REST, FAILED, LIMIT_CYCLE, UNSETTLED
 from tegotae.measures.hopping.recording import from_samples
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 TIMING = Timing(duration_s=16.0, tick_s=0.002)
 OMEGA = np.array([4.5, 6.0, 9.0])
@@ -35,7 +35,7 @@ SIGMA = np.array([0.0, 3.5, 8.0])
 
 @cache
 def sweep(model: str) -> GainSweep:
-    return sweep_gain(build(model), SIGMA, OMEGA, timing=TIMING)
+    return sweep_gain(recipe(model).controller(), SIGMA, OMEGA, timing=TIMING)
 
 
 def outcome_of(hopping: Hopping, turns_per_hop: float, duration_s: float = 20.0) -> Outcome:
@@ -128,7 +128,7 @@ def test_the_batch_equals_its_rollouts_one_by_one():
     batch = sweep("V-sector-w4")
     for row, column in ((1, 1), (2, 0)):
         single = sweep_gain(
-            build("V-sector-w4"), SIGMA[[row]], OMEGA[[column]], timing=TIMING
+            recipe("V-sector-w4").controller(), SIGMA[[row]], OMEGA[[column]], timing=TIMING
         ).outcome
         for name, value in single._asdict().items():
             expected = getattr(batch.outcome, name)[row, column]
@@ -137,7 +137,7 @@ def test_the_batch_equals_its_rollouts_one_by_one():
 
 def test_a_controller_with_other_weights_than_the_gain_is_refused():
     with pytest.raises(TegotaeError, match="weights; a gain sweep needs one whose only weight"):
-        sweep_gain(build("ART"), SIGMA, OMEGA)
+        sweep_gain(recipe("ART").controller(), SIGMA, OMEGA)
 
 
 @pytest.mark.parametrize(
@@ -291,7 +291,7 @@ def test_no_limit_cycle_at_all():
 
 def test_a_gait_that_two_kinds_of_release_lead_away_from_each_other():
     """Reflex, σ 3, ω 5: high releases end in one turn per high hop, others in two per low hop."""
-    saved = SavedController.from_weights(build("V-reflex-w4"), np.array([3.0]), 5.0)
+    saved = SavedController.from_weights(recipe("V-reflex-w4").controller(), np.array([3.0]), 5.0)
     timing = Timing(duration_s=30.0, tick_s=0.002)
     basin = map_basin(saved, np.array([1.05, 2.2]), np.array([0.0, 0.5]), timing=timing)
     number = basin.grid("limit_cycle")
@@ -304,7 +304,7 @@ def test_a_gait_that_two_kinds_of_release_lead_away_from_each_other():
 
 @pytest.mark.thorough
 def test_without_an_oscillator_velocities_take_the_place_of_phases():
-    controller = build("T")
+    controller = recipe("T").controller()
     saved = SavedController.from_weights(controller, np.zeros(controller.n_weights), None)
     basin = map_basin(saved, np.array([1.1, 1.2]), np.array([-1.0, 0.0, 1.0]), timing=TIMING)
     assert basin.frame["velocity_m_per_s"].tolist() == [-1.0, 0.0, 1.0] * 2

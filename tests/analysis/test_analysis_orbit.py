@@ -23,12 +23,13 @@ from tegotae.analysis.poincare import (
     transient,
 )
 from tegotae.analysis.surface import actuation_surface, sees_velocity
+from tegotae.parts.fields import replace
 from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
-REFLEX = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
-SECTOR = SavedController.from_weights(build("V-sector-w4"), np.array([4.0]), 6.0)
+REFLEX = SavedController.from_weights(recipe("V-reflex-w8").controller(), np.array([2.0]), 8.0)
+SECTOR = SavedController.from_weights(recipe("V-sector-w4").controller(), np.array([4.0]), 6.0)
 CASES = {"reflex": REFLEX, "sector": SECTOR}
 
 
@@ -83,7 +84,9 @@ def test_the_samples_of_an_orbit_go_once_round(name):
 
 
 def test_a_cycle_of_two_hops_has_two_apexes():
-    cycle = find_orbit(SavedController.from_weights(build("V-reflex-w8"), np.array([8.0]), 6.0))
+    cycle = find_orbit(
+        SavedController.from_weights(recipe("V-reflex-w8").controller(), np.array([8.0]), 6.0)
+    )
     assert cycle.hops == 2
     assert cycle.apex_height_m.shape == cycle.apex_phase_rad.shape == (2,)
     assert abs(np.diff(cycle.apex_height_m)[0]) > 0.1
@@ -93,7 +96,7 @@ def test_a_cycle_of_two_hops_has_two_apexes():
     ("weights", "reason"), [([0.0], "at rest"), ([np.inf], "failed")], ids=("no gain", "infinite")
 )
 def test_a_gait_without_limit_cycle_is_an_error_that_says_what_it_does(weights, reason):
-    saved = SavedController.from_weights(build("V-reflex-w8"), np.array(weights), 8.0)
+    saved = SavedController.from_weights(recipe("V-reflex-w8").controller(), np.array(weights), 8.0)
     with pytest.raises(
         NoLimitCycleError, match=f"has no limit cycle after 60 s: {reason}"
     ) as error:
@@ -104,23 +107,21 @@ def test_a_gait_without_limit_cycle_is_an_error_that_says_what_it_does(weights, 
 @pytest.mark.parametrize("release", [{"height_m": np.nan}, {"phase_rad": np.inf}])
 def test_a_release_that_is_not_finite_is_refused(release):
     with pytest.raises(TegotaeError, match="must be finite"):
-        find_orbit(REFLEX.replaced(**release))
+        find_orbit(replace(REFLEX, release))
 
 
 # Whose system it is.
 
-HELD = REFLEX.replaced(
-    integrator=Hold(),
-    timing=Timing(tick_s=0.004),
-    height_m=1.1,
-    phase_rad=0.5,
+HELD = replace(
+    REFLEX,
+    {"integrator": Hold(), "timing": Timing(tick_s=0.004), "height_m": 1.1, "phase_rad": 0.5},
 )
 
 
 def test_every_figure_of_a_held_controller_keeps_its_period_and_its_hold():
     cycle = find_orbit(HELD)
     np.testing.assert_allclose(np.diff(cycle.time_s), 0.004, atol=1e-9)
-    free = find_orbit(HELD.replaced(integrator=PredictorCorrector()), tick_s=0.004)
+    free = find_orbit(replace(HELD, {"integrator": PredictorCorrector()}), tick_s=0.004)
     assert cycle.period_s != free.period_s
     section = poincare_section(HELD, cycle, turns=3)
     assert section.distance[0] == pytest.approx(0.01)
@@ -137,7 +138,7 @@ def test_a_gait_that_settles_nowhere_is_said_to_be_released_as_its_system_says()
 
 def test_a_period_of_which_20_ms_is_no_multiple_is_refused_with_those_that_go():
     with pytest.raises(TegotaeError, match=r"period is 0\.003 s; .* such as 0\.001, 0\.002"):
-        find_orbit(HELD.replaced(timing=Timing(tick_s=0.003, frame_s=0.021)))
+        find_orbit(replace(HELD, {"timing": Timing(tick_s=0.003, frame_s=0.021)}))
 
 
 # The actuation surface.
@@ -178,7 +179,7 @@ def test_along_the_limit_cycle_force_and_feedback_lie_on_the_surface():
 def test_only_controllers_that_sense_the_velocity_depend_on_the_slice():
     generator = np.random.default_rng(0)
     for name, sees in (("AR-rFv-reflex-w8", True), ("AR-rF-reflex-w8", False)):
-        controller = build(name)
+        controller = recipe(name).controller()
         saved = SavedController.from_weights(
             controller, generator.normal(size=controller.n_weights), 8.0
         )
@@ -191,7 +192,7 @@ def test_only_controllers_that_sense_the_velocity_depend_on_the_slice():
 
 
 def test_the_single_network_has_a_surface_over_velocity_instead_of_phase():
-    controller = build("T-Fv")
+    controller = recipe("T-Fv").controller()
     weights = np.random.default_rng(1).normal(size=controller.n_weights)
     saved = SavedController.from_weights(controller, weights, None)
     surface = actuation_surface(saved, FORCES, columns=5, velocity_range_m_per_s=(-2.0, 2.0))

@@ -12,18 +12,19 @@ from tegotae import TegotaeError
 from tegotae.analysis.gaits.front import FrontPart, Search, cheapest, evaluated, search_front
 from tegotae.cli import main
 from tegotae.measures.fronts import front
+from tegotae.parts.fields import replace
 from tegotae.systems.resolve import legged_system as system, resolve
-from tegotae.systems.tuned import NUMBERS, family
+from tegotae.systems.tuned import NUMBERS, front_family
 
 WALKER = system("quadruped-c")
-SHORT = WALKER.replaced(timing=dataclasses.replace(WALKER.timing, duration_s=100.0))
+SHORT = replace(WALKER, {"timing": dataclasses.replace(WALKER.timing, duration_s=100.0)})
 
 
 def test_points_of_the_front_do_again_from_new_releases_what_the_table_says():
     curve = front("quadruped-c")
     some = [int(np.abs(curve["speed"] - v).argmin()) for v in (0.2, 0.4)]
     numbers = {name: curve[name][some] for name in NUMBERS}
-    results = evaluated(SHORT, family(WALKER, "vanilla"), numbers, starts=4, seed=7)
+    results = evaluated(SHORT, front_family(WALKER, "vanilla"), numbers, starts=4, seed=7)
     np.testing.assert_array_equal(results["upright"], 1.0)
     np.testing.assert_allclose(results["speed"], curve["speed"][some], rtol=0.05)
     np.testing.assert_allclose(
@@ -62,7 +63,7 @@ def test_between_points_the_cost_is_linear_and_beyond_them_unknown():
 
 def test_a_body_without_units_of_its_own_has_no_front():
     with pytest.raises(TegotaeError, match=r"under a bar, .* has no front"):
-        family(system("bar-light"), "vanilla")
+        front_family(system("bar-light"), "vanilla")
 
 
 def test_every_bin_of_speed_keeps_its_cheapest():
@@ -72,7 +73,7 @@ def test_every_bin_of_speed_keeps_its_cheapest():
 
 def test_a_search_finds_a_forced_trot_and_only_what_holds():
     search = Search(coarse=24, rounds=1, varied=8, starts=1, unseen=1, duration_s=40.0)
-    results = search_front(SHORT, family(SHORT, "forced trot"), search)
+    results = search_front(SHORT, front_family(SHORT, "forced trot"), search)
     assert len(results["speed"]) > 3
     assert (results["upright"] == 1.0).all()
     assert (results["sigma"] == 0.0).all()
@@ -85,7 +86,7 @@ def test_a_body_of_which_no_walker_stays_up_has_no_front(tmp_path, capsys):
 
 
 def test_an_interrupted_search_continues_from_what_its_parts_gave(tmp_path, monkeypatch):
-    vanilla = family(SHORT, "forced trot")
+    vanilla = front_family(SHORT, "forced trot")
     search = Search(coarse=6, rounds=2, varied=4, starts=1, unseen=1, duration_s=20.0)
     complete = search_front(SHORT, vanilla, search)
     measure, measured = FrontPart.measure, []

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,15 +9,15 @@ from tegotae import TegotaeError, Timing
 from tegotae.analysis.gaits.lesion import GaitLesion, aftermath
 from tegotae.api import gaits
 from tegotae.parts.bodies import Bar, Walker
+from tegotae.parts.fields import replace
 from tegotae.simulation.rollout import whole_trajectory
 from tegotae.systems.legged import random_phases
 from tegotae.systems.resolve import legged_system as system
 
-BAR = system("bar-light").replaced(timing=Timing(duration_s=60.0))
-FOUR = (
-    system("quadruped-c")
-    .with_numbers(omega=2.2)
-    .replaced(timing=Timing(duration_s=60.0, tick_s=0.008, frame_s=0.08))
+BAR = replace(system("bar-light"), {"timing": Timing(duration_s=60.0)})
+FOUR = replace(
+    system("quadruped-c").with_numbers(omega=2.2),
+    {"timing": Timing(duration_s=60.0, tick_s=0.008, frame_s=0.08)},
 )
 
 
@@ -36,7 +34,7 @@ def test_nothing_before_the_lesion_knows_of_it_to_the_bit():
     phase = random_phases(2, 2)
     late = GaitLesion(at_s=2.0, fields=(("inertia_ratio", 1.6),)).scenario(BAR, phase)
     (name,) = late.changes
-    never = late._replace(changes={name: replace(late.changes[name], from_s=99.0)})
+    never = late._replace(changes={name: replace(late.changes[name], {"from_s": 99.0})})
     with_it = BAR.run(whole_trajectory, late, timing)
     without = BAR.run(whole_trajectory, never, timing)
     cut = round(2.0 / timing.frame_s)
@@ -70,14 +68,14 @@ def test_a_quadruped_that_loses_a_leg_falls(lesion):
 
 @pytest.mark.thorough
 def test_legs_that_never_felt_each_other_are_not_locked_after_a_lesion_either():
-    deaf = BAR.with_numbers(sigma=0.0).replaced(timing=Timing(duration_s=20.0))
+    deaf = replace(BAR.with_numbers(sigma=0.0), {"timing": Timing(duration_s=20.0)})
     result = aftermath(deaf, GaitLesion(at_s=10.0, fields=(("mass_kg", 0.12),)), 2)
     assert set(result.frame.gait_before) == set(result.frame.gait_after) == {"as released"}
 
 
 @pytest.mark.thorough
 def test_the_cost_of_transport_after_a_load_is_that_of_the_loaded_body():
-    four = FOUR.replaced(timing=Timing(duration_s=48.0, tick_s=0.008, frame_s=0.08))
+    four = replace(FOUR, {"timing": Timing(duration_s=48.0, tick_s=0.008, frame_s=0.08)})
     heavy = (("mass_kg", 1.1),)
     frame = aftermath(four, GaitLesion(at_s=16.0, fields=heavy), 2).frame
     for part, mass_kg in (("before", 1.0), ("after", 1.1)):
@@ -115,7 +113,9 @@ def test_lags_are_then_measured_from_a_leg_that_is_left(lesion):
     ],
 )
 def test_a_lesion_that_cannot_be_is_told_before_anything_moves(lesion, line, body):
-    legged = BAR if isinstance(body, Bar) else FOUR if body is None else FOUR.replaced(body=body)
+    legged = (
+        BAR if isinstance(body, Bar) else FOUR if body is None else replace(FOUR, {"body": body})
+    )
     with pytest.raises(TegotaeError, match=line):
         aftermath(legged, GaitLesion(**{"at_s": 40.0, **lesion}), 2)
 

@@ -25,9 +25,10 @@ from tegotae.analysis.gaits.releases import release_all
 from tegotae.api import gaits
 from tegotae.cli import main
 from tegotae.measures.gaits.lags import lag_difference
+from tegotae.parts.fields import replace
 from tegotae.systems.resolve import legged_system as system
 
-BAR = system("bar-light").replaced(timing=Timing(duration_s=40.0))
+BAR = replace(system("bar-light"), {"timing": Timing(duration_s=40.0)})
 WALKER = system("quadruped-c")
 
 
@@ -61,7 +62,7 @@ def test_a_body_that_cannot_be_is_marked_and_stops_nothing(bars):
 
 def test_a_cell_is_what_a_basin_finds_there(bars):
     body = dataclasses.replace(BAR.body, inertia_ratio=1.6)
-    alone = release_all(BAR.replaced(body=body), starts=3).frame
+    alone = release_all(replace(BAR, {"body": body}), starts=3).frame
     lag = bars.grid("lag_cycles_F")[1, 2]
     assert (
         np.abs(lag_difference(lag, alone["lag_cycles_F"].to_numpy())).max() < 1e-4
@@ -120,7 +121,7 @@ def test_an_inertia_that_no_body_has_and_a_tick_too_long_are_refused_by_the_body
 
 def test_an_interrupted_map_goes_on_where_it_was_and_another_begins_anew(tmp_path, monkeypatch):
     monkeypatch.setattr("tegotae.analysis.gaits.map.LANES", 4)
-    short = BAR.replaced(timing=Timing(duration_s=2.0))
+    short = replace(BAR, {"timing": Timing(duration_s=2.0)})
     axes = Axis("inertia_ratio", (0.6, 1.6)), Axis("sigma", (0.0, 0.5, 1.0))
     measure, measured = MapPart.measure, []
 

@@ -11,9 +11,10 @@ from tegotae.analysis.gaits.map import Axis
 from tegotae.analysis.gaits.stability import crossings, fit_return_map, stability
 from tegotae.api import gaits
 from tegotae.measures.gaits.lags import TURN, lag_difference, lags_at_sections
+from tegotae.parts.fields import replace
 from tegotae.systems.resolve import legged_system as system
 
-BAR = system("bar-light").replaced(timing=Timing(duration_s=30.0))
+BAR = replace(system("bar-light"), {"timing": Timing(duration_s=30.0)})
 RATIOS = (-1.0, 0.9, 0.95, 1.05, 1.1)
 
 

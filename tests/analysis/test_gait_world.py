@@ -23,8 +23,9 @@ from tegotae.api.parameters import filled
 from tegotae.api.walking import WalkerController
 from tegotae.parts.bodies import Sensors
 from tegotae.parts.controller import Controller
+from tegotae.parts.fields import replace
 from tegotae.parts.terrains import Rough, Slope
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import legged_system as system
 
 
@@ -59,7 +60,7 @@ def test_fields_are_set_on_the_body_behind_its_sensors():
 def late():
     """A bar that is felt late."""
     bar = system("bar-light")
-    return bar.with_body(Sensors(body=bar.body, delay_s=0.01))
+    return bar.on(Sensors(body=bar.body, delay_s=0.01))
 
 
 def test_an_axis_reaches_the_body_behind_its_sensors(late):
@@ -97,11 +98,11 @@ def test_a_document_tells_the_world_that_a_gait_was_seen_in():
 
 
 def test_releases_that_would_all_be_the_same_are_refused():
-    controller = Controller(find("T-F").controller().actuation, limbs=2)  # of no oscillator
+    controller = Controller(recipe("T-F").controller().actuation, limbs=2)  # of no oscillator
     bar = system("bar-light")
     pushed = dataclasses.replace(
         bar,
-        system=bar.system.replaced({"controller": controller, "omega": None}),
+        system=replace(bar.system, {"controller": controller, "omega": None}),
         weights=(0.0,) * controller.n_weights,
     )
     with pytest.raises(TegotaeError, match="all would be the same one"):

@@ -23,13 +23,15 @@ from tegotae.measures.gaits.names import NO_GAIT, PATTERNS, gait_of
 from tegotae.measures.gaits.summary import CoordinationSummary
 from tegotae.measures.statistics import share_interval
 from tegotae.parts.bodies import Bar, Hopper, Sensors
+from tegotae.parts.fields import replace
 from tegotae.systems.controller_file import SavedController, save
-from tegotae.systems.legged import SYSTEMS, random_phases
-from tegotae.systems.models import all_models, build
+from tegotae.systems.legged import random_phases
+from tegotae.systems.recipe import recipe, study_recipes
 from tegotae.systems.resolve import legged_system as system
+from tegotae.systems.vanilla import SYSTEMS
 
 LIGHT = system("bar-light")
-SHORT = LIGHT.replaced(timing=Timing(duration_s=40.0))
+SHORT = replace(LIGHT, {"timing": Timing(duration_s=40.0)})
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +78,7 @@ def test_lanes_do_not_know_of_each_other(light):
 
 @pytest.mark.thorough
 def test_a_body_whose_leg_collapses_has_fallen_and_no_lag():
-    weak = SHORT.replaced(body=Bar(inertia_ratio=0.6), height_m=12.0)
+    weak = replace(SHORT, {"body": Bar(inertia_ratio=0.6), "height_m": 12.0})
     frame = release_all(weak, starts=3).frame
     assert set(frame["gait"]) == {"fallen"}
     assert np.isfinite(frame["fall_time_s"]).all()
@@ -212,13 +214,13 @@ def test_every_system_has_legs_with_names_and_a_pattern_for_them(name):
 
 def test_another_body_is_released_as_high_over_where_its_legs_touch_the_ground():
     four = system("quadruped-c")
-    low = four.with_body(dataclasses.replace(four.body, com_z_m=four.body.com_z_m - 0.1))
+    low = four.on(dataclasses.replace(four.body, com_z_m=four.body.com_z_m - 0.1))
     assert low.system.release.height_m == pytest.approx(four.system.release.height_m - 0.1)
-    longer = LIGHT.with_body(dataclasses.replace(LIGHT.body, rest_length_m=1.5))
+    longer = LIGHT.on(dataclasses.replace(LIGHT.body, rest_length_m=1.5))
     over = longer.system.release.height_m - 1.5
     assert over == pytest.approx(LIGHT.system.release.height_m - LIGHT.body.rest_length_m)
     with pytest.raises(TegotaeError, match="this hopper cannot hop"):
-        LIGHT.with_body(dataclasses.replace(LIGHT.body, mass_kg=50.0))
+        LIGHT.on(dataclasses.replace(LIGHT.body, mass_kg=50.0))
 
 
 def test_a_walkers_controller_file_is_released_and_timed_as_the_named_walkers(tmp_path):
@@ -236,7 +238,7 @@ def test_a_walkers_controller_file_is_released_and_timed_as_the_named_walkers(tm
 
 @pytest.mark.thorough
 def test_a_body_behind_sensors_has_the_gait_of_the_bare_one(light):
-    behind = SHORT.replaced(body=Sensors(body=SHORT.body, delay_s=0.002))
+    behind = replace(SHORT, {"body": Sensors(body=SHORT.body, delay_s=0.002)})
     run = simulate_gaits(behind, (0.0, 2.0))
     assert run.gait == "antiphase"
     assert behind.names == ("H", "F")
@@ -258,7 +260,10 @@ def test_a_system_of_a_users_own_file_is_one(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("entries", "says"),
     [
-        ({"system": System(controller=build("V-sector-w8"), omega=8.0)}, "a gait command on a one"),
+        (
+            {"system": System(controller=recipe("V-sector-w8").controller(), omega=8.0)},
+            "a gait command on a one",
+        ),
         ({"weights": (1.0, 2.0)}, "2 weights are given; this controller has 1"),
         ({"legs": ("A", "A")}, "give each of 2 legs a name"),
         ({"reference": 2}, "reference is 2; it must be at most 1"),
@@ -270,7 +275,7 @@ def test_a_system_that_cannot_be_is_refused(entries, says):
 
 
 def test_what_moves_without_oscillators_is_measured_by_its_footfalls():
-    single = next(m for m in all_models().values() if m.controller().oscillator is None)
+    single = next(m for m in study_recipes().values() if m.controller().oscillator is None)
     legs = dataclasses.replace(single.controller(), limbs=2)
     assert CoordinationSummary.on(legs, Bar()).rhythm == OfTouchdowns()
     assert CoordinationSummary.on(LIGHT.controller, Bar()).rhythm == OfPhases()
@@ -407,7 +412,7 @@ def test_each_gait_of_a_quadruped_has_a_colour_of_its_own():
 def test_hips_are_where_the_body_has_them_and_feet_in_stance_on_the_ground(name, tmp_path):
     legged = system(name)
     timing = dataclasses.replace(legged.timing, duration_s=100 * legged.timing.frame_s)
-    run = simulate_gaits(legged.replaced(timing=timing))
+    run = simulate_gaits(replace(legged, {"timing": timing}))
     shape = pose(legged.body, run.trajectory)
     assert shape.hips_m.shape == (100, legged.body.limbs, 3)
     middle = shape.hips_m[:, :, 2].mean(axis=1)

@@ -28,13 +28,14 @@ from tegotae.cli import main
 from tegotae.figures.generalisation import groups_figure
 from tegotae.parts.bodies.base import Interface
 from tegotae.parts.channels import FOOT
+from tegotae.parts.fields import replace
 from tegotae.simulation.integrators import Hold
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import legged_system as system
 
-REFLEX = build("V-reflex-w8")
+REFLEX = recipe("V-reflex-w8").controller()
 CHOSEN = disturbances_named(
     ["mass=0.9/3.5", "release=0.1", "delay=0.004", "lost-leg", "omega=1.01", "wind-up=0.02/1.5"]
 )
@@ -50,7 +51,7 @@ def hopper(weights=((2.0,), (0.0,)), **options) -> ControllersUnderTest:
 
 def replaced(tested, **changes) -> ControllersUnderTest:
     """The same runs in another system."""
-    return dataclasses.replace(tested, controllers=tested.controllers.replaced(**changes))
+    return dataclasses.replace(tested, controllers=replace(tested.controllers, changes))
 
 
 @pytest.fixture(scope="module")
@@ -359,7 +360,7 @@ def test_a_subject_that_can_meet_nothing_is_refused_before_work(tmp_path):
 def test_one_that_can_meet_nothing_is_left_out_beside_others(tmp_path):
     reason = {"omega": "it has no oscillator"}
     two = disturbances_named(["omega=1.01"])
-    single = System(controller=build("T-F", 10))
+    single = System(controller=recipe("T-F").controller(10))
     weights = np.zeros((1, single.controller.n_weights))
     neighbour = dataclasses.replace(
         hopper(), controllers=ControllerSet("N", single, weights, ("0",))

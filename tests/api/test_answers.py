@@ -16,10 +16,10 @@ from tegotae.cli import main
 from tegotae.measures.statistics import interval
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 from tegotae.systems.system import System
 
-REFLEX, ART = build("V-reflex-w8"), build("ART")
+REFLEX, ART = recipe("V-reflex-w8").controller(), recipe("ART").controller()
 SHARE = Column("share", "share", "", (0.0, 1.0), True)
 TRAINING = {"release": {"height_m": 1.2}, "algorithm": {"name": "pgpe", "population": 16}}
 CMA_ES = {"algorithm": {"name": "cma-es", "population": 16}}
@@ -56,7 +56,7 @@ def compared(
         (trained("b"), PAIRED),
         (trained("b", release={"height_m": 1.4}), PAIRED),  # which draws nothing
         (trained("b", labels=("0", "2")), INDEPENDENT),
-        (trained("b", build("V-sector-w8")), INDEPENDENT),
+        (trained("b", recipe("V-sector-w8").controller()), INDEPENDENT),
         (trained("b", ART), INDEPENDENT),
         (trained("b", **CMA_ES), INDEPENDENT),
         (trained("b", **VARIED), INDEPENDENT),

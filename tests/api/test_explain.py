@@ -22,7 +22,7 @@ from tegotae.analysis.explanation import (
 )
 from tegotae.api import explaining
 from tegotae.parts import oscillators, terms
-from tegotae.systems.laws import LAWS
+from tegotae.systems.term_sets import LAWS
 
 SHORT = {"duration_s": 12.0, "releases": 3, "retune": 0}
 

@@ -14,12 +14,12 @@ import tegotae as tg
 from tegotae import Hopper, TegotaeError
 from tegotae.api.controllers import HopperName, WalkerName, kinds, load
 from tegotae.api.hopping import HopperController
-from tegotae.api.parameters import changed, leaves, options_of
+from tegotae.api.parameters import leaves, options_of, with_options
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.program import Command, CommandGroup
 from tegotae.parts.bodies import Sensors, Walker
-from tegotae.systems.legged import SYSTEMS
-from tegotae.systems.models import PRESETS, all_models
+from tegotae.systems.recipe import study_recipes
+from tegotae.systems.vanilla import PRESETS, SYSTEMS
 
 
 @pytest.mark.parametrize("name", ["paper", "pyTegotaeCPG-both+matsuoka", "zoo:ART", *SYSTEMS])
@@ -44,7 +44,7 @@ def test_a_body_is_an_object_or_changes_of_the_controllers_own():
 
 def test_one_number_holds_for_every_leg_and_of_wrappers_the_outer_one_is_meant():
     wrapped = Sensors(body=Walker(), delay_s=0.1)
-    made = changed(wrapped, {"hips_x_m": 0.5, "delay_s": 0.2})
+    made = with_options(wrapped, {"hips_x_m": 0.5, "delay_s": 0.2})
     assert (made.body.hips_x_m, made.delay_s) == ((0.5,) * 4, 0.2)
 
 
@@ -143,10 +143,10 @@ def test_commands_namespaces_and_the_page_of_names_have_the_same_functions():
 
 def test_the_names_that_a_type_checker_knows_are_those_of_the_registries():
     assert {*get_args(WalkerName)} == {*SYSTEMS}
-    models = all_models()
-    vanilla = {"V", *(name for name, model in models.items() if model.architecture == "V")}
+    models = study_recipes()
+    vanilla = {"V", *(name for name, model in models.items() if model.terms.architecture == "V")}
     drives = ("", "-sector", "-reflex", "-both")
     presets = {f"{name}{drive}" for name in PRESETS for drive in drives}
-    architectures = {f"zoo:{model.architecture}" for model in models.values()}
+    architectures = {f"zoo:{model.terms.architecture}" for model in models.values()}
     assert {*get_args(HopperName)} == vanilla | presets | architectures
     assert all(isinstance(load(name), HopperController) for name in get_args(HopperName))

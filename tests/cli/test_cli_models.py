@@ -7,8 +7,8 @@ import json
 import pytest
 
 from tegotae.cli import main
-from tegotae.systems.laws import LAWS
-from tegotae.systems.models import all_models, find
+from tegotae.systems.recipe import recipe, study_recipes
+from tegotae.systems.term_sets import LAWS
 
 
 @pytest.fixture
@@ -42,7 +42,7 @@ def test_table_and_json_name_the_same_models_and_laws_in_the_same_order(listed, 
     names = [model["name"] for model in listed()]
     rows, last = table()
     laws = [f"{law}-w{omega}" for law in LAWS for omega in (4, 8)]
-    assert names == [row[0] for row in rows] == [*all_models(), *laws]
+    assert names == [row[0] for row in rows] == [*study_recipes(), *laws]
     assert (len(set(names)), last) == (230, "218 models, 12 short laws")
 
 
@@ -78,7 +78,7 @@ def test_an_entry_tells_the_models_design(listed):
             "gain_observation": "Fv",
             "actuation": "tphif",
             "omega_t_rad_per_s": 4.0,
-            "parameters": find("ARGT-rF-gFv-tphif-w4").controller().n_weights,
+            "parameters": recipe("ARGT-rF-gFv-tphif-w4").controller().n_weights,
         }
     ]
     (vanilla,) = listed("V-sector-w8")
@@ -111,7 +111,7 @@ def test_an_architecture_chooses_its_models(listed, architecture, count):
     models = listed(architecture)
     assert len(models) == count
     assert {model["architecture"] for model in models} == {architecture}
-    assert find(architecture).name in [model["name"] for model in models]
+    assert recipe(architecture).name in [model["name"] for model in models]
 
 
 def test_the_budget_is_an_option(listed):

@@ -16,11 +16,11 @@ from PIL import Image
 
 import tiny
 from tegotae import Hopper, Rollout, System, TegotaeError, Timing
+from tegotae.analysis.simulation import simulate as rolled_out
 from tegotae.cli import main
 from tegotae.systems import controller_file
-from tegotae.systems.models import preset
-from tegotae.systems.simulation import simulate as rolled_out
 from tegotae.systems.system import Release
+from tegotae.systems.vanilla import preset
 
 SHORT = ("--duration-s", "4")
 """One duration for all: another one compiles another program."""
@@ -265,9 +265,9 @@ def test_a_picture_that_cannot_be_drawn_costs_no_numbers(tmp_path, monkeypatch, 
 
 def test_a_controller_without_oscillator_has_pictures_too(simulate, tmp_path):
     from tegotae.systems.controller_file import SavedController, save
-    from tegotae.systems.models import build
+    from tegotae.systems.recipe import recipe
 
-    single = build("T-Fv", 8)
+    single = recipe("T-Fv").controller(8)
     save(
         SavedController.from_weights(single, np.full(single.n_weights, 0.5), None),
         tmp_path / "t.json",

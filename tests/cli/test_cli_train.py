@@ -20,10 +20,11 @@ from tegotae.api.experiments import adjusted
 from tegotae.api.training import TrainedControllers
 from tegotae.cli import main
 from tegotae.parts.bodies import Hopper
+from tegotae.parts.fields import replace
 from tegotae.parts.terms import SectorAndReflex
 from tegotae.systems import controller_file
 from tegotae.systems.experiment import GAINS
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.curves import longest_s, read_curves
 from tegotae.training.run import train
 
@@ -351,7 +352,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_training(
 
 
 def applied(name, **given):
-    experiment = find(name).experiment()
+    experiment = recipe(name).experiment()
     return adjusted(experiment, given)
 
 
@@ -360,8 +361,8 @@ def test_options_of_vanilla_parts_are_in_the_experiment_and_learned_ones_have_no
     both = applied("V-both-w8", **given, tuned_over=(-1.0, 1.0))
     assert both.controller.actuation == SectorAndReflex(5.0, 0.0, 0.06, 2.0)
     assert both.search_offsets == (-1.0, 1.0)
-    assert applied("ART", **given).controller == find("ART").experiment().controller
-    assert applied("V-both-w8") == find("V-both-w8").experiment()
+    assert applied("ART", **given).controller == recipe("ART").experiment().controller
+    assert applied("V-both-w8") == recipe("V-both-w8").experiment()
 
 
 def test_a_sector_that_lasts_no_time_is_refused():
@@ -370,7 +371,7 @@ def test_a_sector_that_lasts_no_time_is_refused():
 
 
 def test_a_gain_is_searched_for_at_the_same_weights_on_any_hopper():
-    plain = find("V-sector-w8").experiment()
-    heavy = plain.replaced(body=Hopper(mass_kg=0.2, stiffness_n_per_m=10.0, max_force_n=8.0))
+    plain = recipe("V-sector-w8").experiment()
+    heavy = replace(plain, {"body": Hopper(mass_kg=0.2, stiffness_n_per_m=10.0, max_force_n=8.0)})
     np.testing.assert_array_equal(plain.gains, GAINS)
     np.testing.assert_allclose(heavy.gains * heavy.body.weight_n, GAINS * plain.body.weight_n)

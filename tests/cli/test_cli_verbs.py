@@ -17,7 +17,7 @@ from tegotae.parts.bodies import Interface
 from tegotae.simulation.integrators import Hold
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import build, find
+from tegotae.systems.recipe import recipe
 from tegotae.systems.system import Release
 from tegotae.training.collection import read_runs
 
@@ -26,7 +26,7 @@ from tegotae.training.collection import read_runs
 def foreign(tmp_path):
     """The file of a controller whose limb a foreign simulator moves."""
     body = Interface()
-    system = System(controller=build("V-reflex-w8"), body=body, omega=8.0)
+    system = System(controller=recipe("V-reflex-w8").controller(), body=body, omega=8.0)
     controller_file.save(SavedController(system, np.ones(1)), tmp_path / "there.json")
     return str(tmp_path / "there.json")
 
@@ -44,7 +44,7 @@ def test_what_moves_in_a_foreign_simulator_is_said_not_to_be_here(foreign, words
 @pytest.fixture
 def held(tmp_path):
     """The file of a held controller with a release and a protocol of its own."""
-    experiment = find("V-reflex-w8").experiment(
+    experiment = recipe("V-reflex-w8").experiment(
         integrator=Hold(),
         timing=Timing(duration_s=16.0, tick_s=0.004, frame_s=0.012),
         release=Release(height_m=1.1, phase_rad=0.5, velocity_m_per_s=0.1),

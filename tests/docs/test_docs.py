@@ -22,7 +22,7 @@ from tegotae.cli import split_parts
 from tegotae.cli.functions import FunctionCall, options_by_subject
 from tegotae.cli.words import flag_of
 from tegotae.systems.controller_file import FORMAT, VERSION, SavedController, described
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 PAGES = sorted(source_of(page) for page in DOCS.rglob("*.md") if "_static" not in page.parts)
 EXAMPLE_FILES = sorted(DOCS.glob("extending/examples/*.py"))
@@ -82,7 +82,10 @@ def test_the_page_on_controller_files_names_every_entry_of_one():
         re.findall(r"`(\w+)`", "".join(re.findall(r"^\|([^|]*)\|", x, re.M))) for x in tables
     ]
     document = described(
-        SavedController.from_weights(build("ART"), np.zeros(build("ART").n_weights), 8.0), ""
+        SavedController.from_weights(
+            recipe("ART").controller(), np.zeros(recipe("ART").controller().n_weights), 8.0
+        ),
+        "",
     )
     system = document["system"]
     assert entries == [list(document), list(system), list(system["controller"])]

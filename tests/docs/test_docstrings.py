@@ -62,8 +62,8 @@ FOUND = examples()
 SLOW = (
     "tegotae.analysis.",
     "tegotae.simulation.checks.",
-    "tegotae.systems.designs",
-    "tegotae.systems.families",
+    "tegotae.systems.recipe",
+    "tegotae.systems.term_sets",
     "research.reproduction.",
 )
 """Modules whose examples roll out and so compile much; other tests do the same."""

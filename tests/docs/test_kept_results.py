@@ -23,7 +23,7 @@ from research.reproduction.readings.tables import read_tables
 from research.reproduction.report.atomic import beside_table, by_budget_table, outcomes_table
 from research.reproduction.report.markdown import endings_table
 from research.reproduction.report.multiverse import counts_by_claim, shares_table
-from tegotae.systems.models import all_models
+from tegotae.systems.recipe import study_recipes
 
 KEPT = ROOT / "docs" / "_static"
 RESEARCH = ROOT / "research"
@@ -57,7 +57,7 @@ def runs_of(name: str):
 
 
 def test_the_table_has_fifteen_runs_of_every_model(table):
-    for name in all_models():
+    for name in study_recipes():
         assert (table["model"] == name).sum() == 15
 
 

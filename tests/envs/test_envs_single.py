@@ -26,7 +26,7 @@ from tegotae.envs import (  # noqa: E402
 from tegotae.envs.settings import force_controller  # noqa: E402
 from tegotae.measures.hopping.hopping import whole_hops  # noqa: E402
 from tegotae.simulation.integrators import Hold  # noqa: E402
-from tegotae.systems.models import build  # noqa: E402
+from tegotae.systems.recipe import recipe  # noqa: E402
 
 NAMES = list(ENVIRONMENTS)
 NONE, FULL = np.zeros(1, np.float32), np.ones(1, np.float32)
@@ -177,7 +177,7 @@ class TestAgreesWithTheEngine:
             return np.array([sigma * -cosine * spring / largest], np.float32)
 
         _, _, infos, _ = rollout(env, agent, 2000)
-        expected = trajectory(build(f"V-{actuation}-w8"), sigma, 2.0, omega=8.0)
+        expected = trajectory(recipe(f"V-{actuation}-w8").controller(), sigma, 2.0, omega=8.0)
         assert expected.work_absolute_j[-1, 0] > 0.1
         assert_same_motion(infos, expected, atol=2e-5)
 
@@ -240,7 +240,7 @@ def hopping():
         return np.float32([-2.0 * observed[1] * observed[2] / 40.0])
 
     infos = rollout(env, feedback, env.settings.n_steps)[2]
-    return infos, trajectory(build("V-reflex-w8"), 2.0, 12.0, 0.002, omega=8.0)
+    return infos, trajectory(recipe("V-reflex-w8").controller(), 2.0, 12.0, 0.002, omega=8.0)
 
 
 class TestEfficiency:
@@ -385,7 +385,7 @@ class TestMisuse:
         ("settings", "says"),
         [
             ({"actuation": "sektor"}, "sector"),
-            ({"actuation": build("ART").actuation}, "without weights"),
+            ({"actuation": recipe("ART").controller().actuation}, "without weights"),
             ({"max_feedback_rad_per_s": 0.0}, "greater than 0"),
             ({"omega": math.inf}, "finite"),
         ],

@@ -30,7 +30,7 @@ from tegotae.envs import (  # noqa: E402
     check_wiring,
     observation_names,
 )
-from tegotae.systems.models import build  # noqa: E402
+from tegotae.systems.recipe import recipe  # noqa: E402
 
 LEG = Limb(senses={"spring_force": "observation[0]"}, drives="action[0]", rest=0.0)
 ALPHA = 4.0
@@ -81,7 +81,7 @@ class TestControl:
                 limbs=[LEG],
                 weights=[sigma],
                 omega=omega,
-                controller=build("V-reflex-w8"),
+                controller=recipe("V-reflex-w8").controller(),
                 max_force=ALPHA,
                 step_s=0.001,
             ),
@@ -103,7 +103,7 @@ class TestControl:
         assert info["work_j"] > 0.1
 
     def test_follows_the_law_of_each_limb(self):
-        wiring = two_feet(controller=build("V-reflex-w8"), max_force=4.0)
+        wiring = two_feet(controller=recipe("V-reflex-w8").controller(), max_force=4.0)
         env = TegotaeWrapper(TwoFeet(), wiring)
         observation, info = env.reset()
         phase = np.array([0.0, math.pi])
@@ -139,7 +139,7 @@ class TestControl:
         np.testing.assert_allclose(info["phase_rad"], [0.0, math.pi + 0.075], atol=1e-5)
 
     def test_takes_a_learned_controller_and_weights_of_each_limb(self):
-        controller = build("AR-rFv-reflex-w8")
+        controller = recipe("AR-rFv-reflex-w8").controller()
         limbs = [
             Limb(senses={"spring_force": name, "velocity": "speed"}, drives=f"action[{i}]")
             for i, name in enumerate(("left", "right"))
@@ -233,9 +233,9 @@ class TestChecker:
                 "no push has an effect",
             ),
             ({"limbs": [two_feet().limbs[0]] * 2}, "several limbs drive 'action[0]'"),
-            ({"controller": build("T"), "weights": np.zeros(96)}, "no oscillator"),
+            ({"controller": recipe("T").controller(), "weights": np.zeros(96)}, "no oscillator"),
             (
-                {"controller": build("AR-rFv-sector-w8"), "weights": np.zeros(96)},
+                {"controller": recipe("AR-rFv-sector-w8").controller(), "weights": np.zeros(96)},
                 "reads 'velocity'",
             ),
             ({"weights": [1.0, 2.0]}, "weights have shape (2,)"),

@@ -34,7 +34,7 @@ from tegotae.parts.terms import BalancedFoot, Signals, TiltReaction
 from tegotae.parts.units import Units
 from tegotae.simulation.integrators import decide, held, with_oscillator
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.designs import design
+from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import resolve
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae_robots.models.suggesting import lowest_feet
@@ -347,7 +347,7 @@ def test_a_controller_in_units_does_the_same_in_proportion():
 
 def paced():
     """A law whose stride grows with the frequency, from nothing at a half of its own."""
-    system = design("load-p@quadruped-c").experiment().system
+    system = recipe("load-p@quadruped-c").experiment().system
     names = [path[-1] for path in system.controller.weight_names]
     source = {"sigma": 0.3, "stride_m": 0.4, "lift_m": 0.1, "still_rad_per_s": 1.0}
     return SavedController(system, np.array([source.get(name, 0.0) for name in names]), "paced")
@@ -398,7 +398,7 @@ def test_what_is_exported_counts_in_si_and_commands_as_the_environment_was_comma
 def test_a_law_that_a_tilt_alarmed_makes_shorter_steps_and_so_does_its_export():
     """1 s of the law is 0.25 s of the robot, whose alarm must rise as fast in proportion."""
     units = Units(length_m=0.5, time_s=0.25, force_n=40.0)
-    law = design("wary@quadruped-c").experiment().system
+    law = recipe("wary@quadruped-c").experiment().system
     weights = np.array([6.0, 0.4, 0.1, 0.05, *[0.0] * 6, 0.5])
     suggested = dataclasses.replace(suggest_legs(SETTINGS).wiring, units=units)
     wiring = suggested.holding(SavedController(law, weights, "wary"))

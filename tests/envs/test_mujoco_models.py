@@ -21,8 +21,8 @@ from tegotae.envs.mujoco.env import ModelBatch, ModelEnv
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.simulation.integrators import Hold
-from tegotae.systems.legged import system
-from tegotae.systems.models import build, find
+from tegotae.systems.recipe import recipe
+from tegotae.systems.vanilla import legged_named
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping, Return, UserObjective
 from tegotae.training.environments.rollouts import EnvRollouts, environment_lanes
@@ -35,7 +35,9 @@ SIGMA, OMEGA, SECONDS = 2.753, 5.0, 10.0
 def experiment(name="hopper", model="V-sector-w8", **settings):
     """A model of the package under one of the paper's controllers."""
     settings = {"duration_s": SECONDS, **settings}
-    return EnvExperiment.of_model(find(model), EnvSpec(env=name), load_wiring(name), **settings)
+    return EnvExperiment.from_recipe(
+        recipe(model), EnvSpec(env=name), load_wiring(name), **settings
+    )
 
 
 def apexes(height, smallest=1.01):
@@ -53,7 +55,7 @@ def hopped():
 
 def test_the_hoppers_apexes_are_within_a_centimetre_of_the_engines(hopped):
     rollout = Rollout(
-        controller=build("V-sector-w8"),
+        controller=recipe("V-sector-w8").controller(),
         integrator=Hold(),
         timing=Timing(duration_s=SECONDS, tick_s=0.002),
     )
@@ -146,7 +148,7 @@ def test_pushes_and_other_models_are_of_single_lanes():
 def test_the_quadruped_walks_under_vanilla_tegotae():
     """Set C of the walkers at the size of a small robot, feet on springs."""
     second = math.sqrt(0.2 / 9.81)
-    vanilla = system("quadruped-a").controller
+    vanilla = legged_named("quadruped-a").controller
     foot = dataclasses.replace(
         vanilla.actuation, stride_m=0.04, lift_m=0.024, press_m=0.006, shift_rad=0.4
     )

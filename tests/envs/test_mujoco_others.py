@@ -22,7 +22,7 @@ from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings, located
 from tegotae.parts.terms import Sector
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import UserObjective
 from tegotae.training.environments.rollouts import EnvRollouts
@@ -84,10 +84,10 @@ def test_the_sector_of_a_wiring_is_where_its_controllers_push(tmp_path):
     actuation = wiring.controller.actuation
     assert isinstance(actuation, Sector)
     assert (actuation.start_rad, actuation.width_rad) == (3.0, 2.0)
-    together = wiring.reading(find("V-both-w8").controller()).controller.actuation
+    together = wiring.reading(recipe("V-both-w8").controller()).controller.actuation
     assert isinstance(together, Sector)
     assert together.width_rad == 2.0
-    learned = find("ART").controller()
+    learned = recipe("ART").controller()
     assert wiring.reading(learned).controller == learned
     save_wiring(wiring, tmp_path / "leg.toml")
     assert load_wiring(tmp_path / "leg.toml") == wiring
@@ -165,8 +165,8 @@ def test_under_its_bare_rhythm_the_body_of_an_example_steps_forward_and_stands(
     package = env.partition(":")[0]
     if find_spec(package) is None:
         pytest.skip(f"the model is {package}'s, which is not installed")
-    task = EnvExperiment.of_model(
-        find("V-sector-w8"),
+    task = EnvExperiment.from_recipe(
+        recipe("V-sector-w8"),
         EnvSpec(env=env, settings=tuple(created.items())),
         load_wiring(WIRINGS / file),
         omega=omega,

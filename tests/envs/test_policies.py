@@ -34,7 +34,7 @@ from tegotae.envs.policies import (
 from tegotae.figures.cycles import portrait_figure, portrait_table
 from tegotae.simulation.recorder import Trajectory
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 FORCES = np.array([0.0, 0.5, 1.0])
 
@@ -78,7 +78,7 @@ def test_a_feedback_function_has_the_surface_of_the_controller_that_it_copies():
     """Vanilla feedback as somebody's function, beside the package's own controller of it."""
     meaning = Meaning(acts="feedback", actuation="reflex", omega=8.0)
     result = actuation_surface(from_function(slowing, meaning), FORCES, columns=9)
-    plain = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
+    plain = SavedController.from_weights(recipe("V-reflex-w8").controller(), np.array([2.0]), 8.0)
     expected = actuation_surface(plain, FORCES, columns=9)
     np.testing.assert_allclose(result.actuator_force_n, expected.actuator_force_n, atol=1e-6)
     np.testing.assert_allclose(result.feedback_rad_per_s, expected.feedback_rad_per_s, atol=1e-6)
@@ -141,7 +141,7 @@ def test_a_portrait_shows_every_release(hopping, with_phase):
 
 
 def test_a_controller_has_a_portrait_too():
-    saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
+    saved = SavedController.from_weights(recipe("V-reflex-w8").controller(), np.array([2.0]), 8.0)
     paths = release_paths(saved, np.array([1.1, 1.3]), duration_s=2.0)
     assert paths.spring_force_n.shape == (200, 2)
     assert paths.height_m[0] == pytest.approx([1.1, 1.3], abs=0.01)

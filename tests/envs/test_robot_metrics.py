@@ -20,7 +20,7 @@ from tegotae.envs.env_spec import EnvSpec
 from tegotae.measures.check import check
 from tegotae.measures.robots import ROBOTS, RobotEpisode
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.environments.experiment import EnvExperiment
 
 WIDTH_RAD = 2.0
@@ -34,9 +34,9 @@ def open_loop():
     """
     wiring = dataclasses.replace(load_wiring("hopper"), sector_rad=(3.0, WIDTH_RAD))
     experiment = EnvExperiment.of_model(
-        find("V-sector-w8"),
+        recipe("V-sector-w8"),
         EnvSpec(env="hopper"),
-        wiring.reading(find("V-sector-w8").controller()),
+        wiring.reading(recipe("V-sector-w8").controller()),
         omega=2.0 * math.pi,
         duration_s=4.0,
     )

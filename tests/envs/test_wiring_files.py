@@ -27,7 +27,7 @@ from tegotae.envs.contact import contact_names  # noqa: E402
 from tegotae.envs.wires import remarks  # noqa: E402
 from tegotae.systems import controller_file  # noqa: E402
 from tegotae.systems.controller_file import SavedController  # noqa: E402
-from tegotae.systems.models import build  # noqa: E402
+from tegotae.systems.recipe import recipe  # noqa: E402
 from tegotae.systems.resolve import resolve  # noqa: E402
 from wired_env import Scales  # noqa: E402
 
@@ -59,11 +59,11 @@ def test_wirings_of_the_packages_models_can_be_read_written_and_fit(tmp_path, na
     save_wiring(wiring, tmp_path / "again.toml")
     assert load_wiring(tmp_path / "again.toml") == wiring
     if name == "quadruped":
-        from tegotae.systems.legged import system
+        from tegotae.systems.vanilla import legged_named
 
-        wiring = wiring.reading(system("quadruped-a").controller)
+        wiring = wiring.reading(legged_named("quadruped-a").controller)
     else:
-        wiring = wiring.reading(build("V-sector-w8"))
+        wiring = wiring.reading(recipe("V-sector-w8").controller())
     assert check_wiring(ModelEnv(model=name), wiring, steps=0) == []
 
 
@@ -105,7 +105,7 @@ def test_a_file_that_is_not_there_or_of_another_kind_is_refused(tmp_path):
 
 
 def saved_hopper(path, model: str = "AR-rF-sector-w8"):
-    controller = build(model)
+    controller = recipe(model).controller()
     weights = np.random.default_rng(0).normal(size=controller.n_weights)
     controller_file.save(
         SavedController.from_weights(controller, weights, 8.0, Hopper(max_force_n=3.5)), path
@@ -147,7 +147,9 @@ def test_only_what_an_environment_calls_a_contact_force_is_told_as_one():
     spring = dataclasses.replace(limb, senses={"spring_force": "knee_force"})
     basis = dataclasses.replace(load_wiring("leg"), weights=[1.0], omega=8.0)
     for felt, message in ((limb, 1), (spring, 0)):
-        wiring = dataclasses.replace(basis, limbs=[felt]).reading(build("V-sector-w8"))
+        wiring = dataclasses.replace(basis, limbs=[felt]).reading(
+            recipe("V-sector-w8").controller()
+        )
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             TegotaeWrapper(env, wiring)
@@ -163,7 +165,7 @@ def test_a_frequency_is_kept_with_its_wiring(tmp_path):
 
 @pytest.mark.parametrize("omega", [math.nan, -4.0, 0.0])
 def test_a_frequency_that_is_none_is_told(omega):
-    wiring = dataclasses.replace(WIRING.reading(build("V-sector-w8")), omega=omega)
+    wiring = dataclasses.replace(WIRING.reading(recipe("V-sector-w8").controller()), omega=omega)
     (problem,) = check_wiring(Scales(), wiring, steps=0)
     assert problem.startswith("omega is ")
 
@@ -203,7 +205,7 @@ def test_a_hoppers_controller_without_a_wiring_is_refused(tmp_path):
 
 
 def test_a_wiring_without_weights_lacks_nothing_but_cannot_drive():
-    wiring = WIRING.reading(build("V-sector-w8"))
+    wiring = WIRING.reading(recipe("V-sector-w8").controller())
     assert check_wiring(Scales(), wiring, steps=20) == []
     with pytest.raises(TegotaeError, match="has no weights; train it"):
         TegotaeWrapper(Scales(), wiring)
@@ -238,7 +240,9 @@ def test_a_scale_whose_name_has_a_slip_is_told_and_not_passed_over():
     from tegotae.envs.mujoco.env import ModelEnv
 
     scales = {"spring_force": 2.5, "velocty": 0.1, "pressure": 1.0}
-    slip = dataclasses.replace(WIRING.reading(build("AR-rFv-sector-w8")), scales=scales)
+    slip = dataclasses.replace(
+        WIRING.reading(recipe("AR-rFv-sector-w8").controller()), scales=scales
+    )
     message = "no signal is called 'velocty'; did you mean velocity?"
     assert [problem for problem in check_wiring(Scales(), slip, steps=0) if message in problem]
     with pytest.raises(TegotaeError, match="did you mean velocity"):
@@ -255,7 +259,7 @@ def test_a_scale_whose_name_has_a_slip_is_told_and_not_passed_over():
     ],
 )
 def test_an_end_of_a_push_that_is_no_number_is_told(ends, said):
-    wiring = WIRING.reading(build("V-sector-w8"))
+    wiring = WIRING.reading(recipe("V-sector-w8").controller())
     limb = dataclasses.replace(wiring.limbs[0], **ends)
     assert check_wiring(Scales(), dataclasses.replace(wiring, limbs=[limb]), steps=0) == [said]
 
@@ -268,7 +272,7 @@ def test_a_sector_is_at_most_a_turn_wide(width_rad):
 
 def test_what_a_wiring_leaves_to_chance_is_told():
     learned = dataclasses.replace(
-        WIRING.reading(build("AR-rFv-sector-w8")), scales={"velocity": 1.0}
+        WIRING.reading(recipe("AR-rFv-sector-w8").controller()), scales={"velocity": 1.0}
     )
     assert [remark[:38] for remark in remarks(learned)] == [
         "no scale is given for spring_force: ne"
@@ -289,7 +293,7 @@ def test_what_a_wiring_leaves_to_chance_is_told():
 
 def test_units_of_one_controller_may_share_weights_as_it_says():
     limbs = [dataclasses.replace(WIRING.limbs[0], senses={"spring_force": "load"})]
-    shared = dataclasses.replace(build("V-sector-w8"), limbs=2)
+    shared = dataclasses.replace(recipe("V-sector-w8").controller(), limbs=2)
     wiring = Wiring(limbs=limbs, weights=[1.0], omega=5.0, controller=shared)
     assert check_wiring(Scales(), wiring, steps=0) == []
     free = dataclasses.replace(shared, sharing=(0, 1))

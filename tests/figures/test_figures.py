@@ -48,7 +48,7 @@ from tegotae.figures.style import (
 from tegotae.measures.hopping.metrics import AT_REST, FAILED, LIMIT_CYCLE, REGIMES, UNSETTLED
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import legged_system
 
 
@@ -410,7 +410,7 @@ def test_every_figure_command_writes_its_figure_and_its_data(name, tmp_path, cap
 
 @pytest.mark.thorough
 def test_a_controller_file_is_drawn_like_options(tmp_path, capsys):
-    saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
+    saved = SavedController.from_weights(recipe("V-reflex-w8").controller(), np.array([2.0]), 8.0)
     controller_file.save(saved, tmp_path / "c.json")
     for out, source in (
         ("a.svg", [str(tmp_path / "c.json")]),
@@ -479,7 +479,7 @@ def test_a_sweep_has_its_hatches_in_the_key_and_a_cost_that_is_read_to_a_factor_
 
 
 def test_of_a_portrait_black_is_what_the_releases_settle_to_alone():
-    rollout = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=2.0))
+    rollout = Rollout(controller=recipe("V-reflex-w8").controller(), timing=Timing(duration_s=2.0))
     paths = rollout.run([[2.0]] * 3, Scenario(omega=8.0, height_m=np.array([1.05, 1.2, 1.6])))
     labels = {
         line.get_label(): line.get_color()

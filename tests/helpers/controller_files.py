@@ -12,12 +12,12 @@ import numpy as np
 from tegotae import Hopper
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 
 
 def example(name: str = "ART-rFv-tphif-w8", budget: int = 30) -> SavedController:
     """A controller with random weights and something in every entry."""
-    model = find(name)
+    model = recipe(name)
     controller = model.controller(budget)
     weights = np.random.default_rng(0).normal(size=controller.n_weights)
     return SavedController.from_weights(

@@ -21,7 +21,7 @@ from research.reproduction.plan import plan
 from research.reproduction.unit import work
 from tegotae import Rollout, Scenario, Timing
 from tegotae.measures.evaluation import Protocol, evaluate
-from tegotae.systems.models import build, find
+from tegotae.systems.recipe import recipe
 
 KEPT = TESTS / "kept" / "hopper.npz"
 
@@ -36,7 +36,7 @@ CHANNELS = (
 
 def weights_of(name: str, lanes: int = 3) -> np.ndarray:
     """Weights that make the controller do something, [lanes, n_weights]."""
-    n = build(name).n_weights
+    n = recipe(name).controller().n_weights
     draw = np.random.default_rng(len(name) + n)
     return draw.uniform(0.5, 3.0, (lanes, 1)) if n == 1 else draw.normal(0.0, 1.0, (lanes, n))
 
@@ -53,7 +53,7 @@ def trajectories() -> dict[str, np.ndarray]:
     )
     for name in MODELS:
         for dtype in ("float32", "float64"):
-            rollout = Rollout(controller=build(name), timing=Timing(duration_s=3.0))
+            rollout = Rollout(controller=recipe(name).controller(), timing=Timing(duration_s=3.0))
             path = rollout.run(weights_of(name), scenario, dtype=dtype)
             for channel in CHANNELS:
                 result[f"{name}.{dtype}.{channel}"] = getattr(path, channel)[4::5]
@@ -63,7 +63,7 @@ def trajectories() -> dict[str, np.ndarray]:
 def evaluation() -> dict[str, np.ndarray]:
     """All metrics of a short evaluation of the vanilla controller, [runs, episodes]."""
     protocol = Protocol(undisturbed_s=12.0, disturbed_s=12.0, offsets=(-1.0, 0.0))
-    result = evaluate(build("V-sector-w8"), [[1.5], [3.0]], 8.0, protocol=protocol)
+    result = evaluate(recipe("V-sector-w8").controller(), [[1.5], [3.0]], 8.0, protocol=protocol)
     return {f"evaluation.{name}": values for name, values in result.episodes.items()}
 
 
@@ -80,7 +80,7 @@ def study() -> dict[str, np.ndarray]:
 
 def now() -> dict[str, np.ndarray]:
     """All that is kept, as it is now."""
-    assert find("ART").name == "ART-rF-tphif-w8"
+    assert recipe("ART").name == "ART-rF-tphif-w8"
     return {**trajectories(), **evaluation(), **study()}
 
 

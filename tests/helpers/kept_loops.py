@@ -27,7 +27,7 @@ from tegotae.envs.env_spec import EnvSpec
 from tegotae.simulation.rollout import whole_trajectory
 from tegotae.simulation.schedules import Step
 from tegotae.systems import controller_file
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import legged_system as system
 from tegotae.training.algorithms import PGPE
 from tegotae.training.environments.experiment import EnvExperiment
@@ -65,8 +65,8 @@ def walker() -> dict[str, np.ndarray]:
 
 def mujoco_training() -> dict[str, np.ndarray]:
     """Weights, fitness and curve of three generations of a feedback on the MuJoCo hopper."""
-    experiment = EnvExperiment.of_model(
-        find("AR"), EnvSpec(env="hopper"), load_wiring("hopper"), budget=12, duration_s=2.4
+    experiment = EnvExperiment.from_recipe(
+        recipe("AR"), EnvSpec(env="hopper"), load_wiring("hopper"), budget=12, duration_s=2.4
     )
     run = Run(
         experiment=experiment,

@@ -56,9 +56,10 @@ from tegotae.analysis.generalisation.disturbances import disturbances_named
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 from tegotae.analysis.generalisation.run import tried
 from tegotae.measures.gaits.summary import Coordination
+from tegotae.parts.fields import replace
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
-from tegotae.systems.models import build, find
+from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import legged_system as system
 from tegotae_robots.c import Export
 from tegotae_robots.c.package import header
@@ -81,7 +82,7 @@ def study() -> Results:
 
 def generalisation() -> Results:
     """A leg and a quadruped under other conditions."""
-    single = System(controller=build("V-reflex-w8"), omega=8.0)
+    single = System(controller=recipe("V-reflex-w8").controller(), omega=8.0)
     hopper = ControllersUnderTest(
         ControllerSet("V", single, np.array([[2.0]]), ("0",)),
         looked_at=Timing(duration_s=24.0, tick_s=0.002),
@@ -105,7 +106,7 @@ def generalisation() -> Results:
 
 def map_of_gaits() -> Results:
     """The gaits of two legs under a bar, over its inertia and the gain."""
-    bar = system("bar-light").replaced(timing=Timing(duration_s=40.0))
+    bar = replace(system("bar-light"), {"timing": Timing(duration_s=40.0)})
     drawn = map_gaits(bar, Axis("inertia_ratio", (0.6, 1.6)), Axis("sigma", (0.0, 1.0)), starts=3)
     result = {name: drawn.grid(name) for name in [*drawn.frame][3:]}
     of_legs = {
@@ -166,7 +167,7 @@ def export_to_c() -> Results:
     """Source and header of a learned hopper, and of one with a gain, with given weights."""
     results: Results = {}
     for name in ("ART-rF-tphif-w8", "VG-gFv-sector-w4"):
-        model = find(name)
+        model = recipe(name)
         controller = model.controller(30)
         weights = np.random.default_rng(1).normal(size=controller.n_weights)
         saved = SavedController.from_weights(

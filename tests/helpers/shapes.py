@@ -53,12 +53,12 @@ def main(names: list[str]) -> None:
     install_import_hook(["tegotae.parts", "tegotae.simulation"], "shapes.checked")
     from tegotae.parts.bodies import Actuators, Blows, Hopper, Sensors
     from tegotae.simulation.rollout import Timing
-    from tegotae.systems.legged import SYSTEMS, bar, plate
-    from tegotae.systems.models import build
+    from tegotae.systems.recipe import recipe
     from tegotae.systems.system import System
+    from tegotae.systems.vanilla import SYSTEMS, bar, plate
 
     def hopping(body):
-        return System(controller=build("V-reflex-w8"), body=body, omega=8.0), (1.0,)
+        return System(controller=recipe("V-reflex-w8").controller(), body=body, omega=8.0), (1.0,)
 
     def legged(result):
         return result.system, result.weights

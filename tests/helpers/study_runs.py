@@ -16,7 +16,7 @@ import numpy as np
 import psutil
 
 from research.reproduction.folder import Folder
-from tegotae.systems.study_records import SUFFIX
+from tegotae.systems.controller_file import SUFFIX
 
 MODELS = ("V-sector-w8", "ART-rF-tphif-w8", "T-Fv")
 """The models of the smoke scale."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from research.reproduction.table import StudyTable, design_place, table_of_runs
 from tegotae.measures.hopping.metrics import HOPPING
-from tegotae.systems.models import all_models
+from tegotae.systems.recipe import study_recipes
 
 MODELS = {
     "V-sector-w4": 0.6,
@@ -21,7 +21,7 @@ MODELS = {
 
 def table(**changed: np.ndarray) -> StudyTable:
     """Five runs of each model that learns, whose CoT⁻¹ lie around a value of the model."""
-    basis = all_models()
+    basis = study_recipes()
 
     def metrics(name: str, runs: int) -> dict[str, np.ndarray]:
         result = {metric: np.linspace(0.8, 1.0, runs) for metric in HOPPING.names()}
@@ -30,7 +30,7 @@ def table(**changed: np.ndarray) -> StudyTable:
 
     sets = []
     for name in MODELS:
-        runs = 5 if basis[name].is_trained else 1
+        runs = 1 if basis[name].controller().has_a_gain_alone else 5
         values = {metric: row[:runs] for metric, row in metrics(name, runs).items()}
         sets.append((design_place(basis[name]), {"best_fitness": np.zeros(runs)}, values))
     return table_of_runs(sets)
@@ -42,7 +42,7 @@ def results(
     """Three runs of every model; `effects` adds to metrics by architecture (and observation)."""
     random = np.random.default_rng(seed)
     rows: dict[str, list] = {}
-    for model in all_models().values():
+    for model in study_recipes().values():
         place = design_place(model)
         for run in range(3):
             row = {**place, "run": run, "best_fitness": 0.0}

@@ -13,8 +13,9 @@ import numpy as np
 from tegotae import Timing
 from tegotae.cli import main
 from tegotae.measures.objectives.fitness import Fitness
+from tegotae.parts.fields import replace
 from tegotae.systems import controller_file
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import tuned
@@ -33,7 +34,7 @@ SETTINGS: dict[str, Any] = {
 }
 """Settings of an experiment's episode."""
 RUN = Run(
-    experiment=find("ART").experiment(budget=20, **SETTINGS),
+    experiment=recipe("ART").experiment(budget=20, **SETTINGS),
     seeds=SEEDS,
     learner=Evolution(
         algorithm=dataclasses.replace(tuned("pgpe"), population=8),
@@ -45,7 +46,7 @@ RUN = Run(
 
 def changed(run: Run = RUN, **settings: Any) -> Run:
     """The training with other settings of its experiment."""
-    return dataclasses.replace(run, experiment=run.experiment.replaced(**settings))
+    return dataclasses.replace(run, experiment=replace(run.experiment, settings))
 
 
 def run_of(generations: int) -> Run:

@@ -15,9 +15,9 @@ from research.tuning import (
 )
 from tegotae._support.errors import TegotaeError
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 
-TASK = TuningTask(experiments=(find("ART").experiment(), find("AR").experiment()), seeds=4)
+TASK = TuningTask(experiments=(recipe("ART").experiment(), recipe("AR").experiment()), seeds=4)
 """Eight trainings a trial."""
 
 
@@ -36,7 +36,7 @@ def parabola(
     settings: Toy, task: TuningTask, experiment: Experiment, seeds: tuple[int, ...]
 ) -> list[float]:
     """Best at x = 1; every training has a level of its own, which is larger than what x does."""
-    level = 100.0 * (experiment.name == find("AR").name)
+    level = 100.0 * (experiment.name == recipe("AR").name)
     return [level + seed % 7 - (settings.x - 1.0) ** 2 for seed in seeds]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from tegotae import Controller, Rollout, Scenario, Timing
 from tegotae.parts.bodies import Walker
 from tegotae.parts.terms import EllipticFoot
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 from walker_oracle import Parts
 
 
@@ -30,7 +30,9 @@ class Seen:
 def controller_of(parts: Parts) -> Controller:
     """Vanilla Tegotae, a unit a leg; its weight is σ."""
     foot = EllipticFoot(parts.stride, parts.lift, parts.press, parts.shift)
-    return dataclasses.replace(build("V-sector-w8"), limbs=len(parts.hips), actuation=foot)
+    return dataclasses.replace(
+        recipe("V-sector-w8").controller(), limbs=len(parts.hips), actuation=foot
+    )
 
 
 def body_of(parts: Parts, kind: type[Walker] = Walker) -> Walker:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from places import TESTS
 from tegotae.envs import Limb, Wiring
 from tegotae.envs.env_spec import EnvSpec
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.environments.experiment import EnvExperiment
 
 HERE = TESTS / "helpers"
@@ -20,8 +20,8 @@ def experiment(model: str = "AR", *, env: str = ENV, budget: int = 12, **setting
     """A model on the scales."""
     created = tuple(settings.pop("made", {}).items())
     wiring = settings.pop("wiring", WIRING)
-    return EnvExperiment.of_model(
-        find(model),
+    return EnvExperiment.from_recipe(
+        recipe(model),
         EnvSpec(env=env, settings=created),
         wiring,
         **{"budget": budget, "duration_s": 0.8, **settings},

@@ -16,21 +16,29 @@ from tegotae.parts.bodies import Bar, Hopper, Walker
 from tegotae.parts.terms import EllipticFoot
 from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.simulation.loop import ClosedLoop
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 LANES = 19
 TICKS = 60
 
 
 def walking():
-    return dataclasses.replace(build("V-sector-w8"), limbs=4, actuation=EllipticFoot())
+    return dataclasses.replace(
+        recipe("V-sector-w8").controller(), limbs=4, actuation=EllipticFoot()
+    )
 
 
 CASES = {
-    "ART on a hopper": (build("ART"), Hopper(), PredictorCorrector(), "float32", 1.0),
-    "a held controller on a hopper": (build("V-sector-w8"), Hopper(), Hold(), "float64", 1.0),
+    "ART on a hopper": (recipe("ART").controller(), Hopper(), PredictorCorrector(), "float32", 1.0),
+    "a held controller on a hopper": (
+        recipe("V-sector-w8").controller(),
+        Hopper(),
+        Hold(),
+        "float64",
+        1.0,
+    ),
     "a bar": (
-        dataclasses.replace(build("V-sector-w8"), limbs=2),
+        dataclasses.replace(recipe("V-sector-w8").controller(), limbs=2),
         Bar(),
         PredictorCorrector(),
         "float32",

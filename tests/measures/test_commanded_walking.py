@@ -13,7 +13,7 @@ from tegotae.measures.objectives.walking import COMMANDED_TRACKING as TRACKING, 
 from tegotae.parts.bodies import Walker
 from tegotae.simulation.rollout import Trajectory
 from tegotae.simulation.world import Uniform
-from tegotae.systems.designs import design
+from tegotae.systems.recipe import recipe
 
 FRONT = ((0.1, 0.8), (0.3, 0.4), (0.6, 0.4))
 WALK = CommandedWalking(front=FRONT, advance_m_per_rad=0.1, settle_s=10.0)
@@ -83,9 +83,9 @@ def test_a_front_that_is_none_is_refused(settings, message):
 
 
 def test_commands_that_no_walker_of_the_front_follows_are_refused_before_training():
-    walk = design("AR@quadruped-c")
+    walk = recipe("AR@quadruped-c")
     wide = (Uniform("omega", low=1.0, high=9.0),)
     with pytest.raises(TegotaeError, match=r"omega 9 commands .* choose omega from 1 to 6"):
         walk.experiment(objective=WALK, conditions=wide)
     with pytest.raises(TegotaeError, match="no oscillator"):
-        design("T-F@quadruped-c").experiment(objective=WALK)
+        recipe("T-F@quadruped-c").experiment(objective=WALK)

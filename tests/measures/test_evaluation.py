@@ -14,7 +14,7 @@ from tegotae.measures.evaluation import Evaluation, Protocol, evaluate
 from tegotae.measures.hopping import LimitCycle
 from tegotae.measures.hopping.hopping import Hops, find_limit_cycle
 from tegotae.measures.hopping.metrics import HOPPING
-from tegotae.systems.models import build, find
+from tegotae.systems.recipe import recipe
 
 SHORT = Protocol(undisturbed_s=15.0, disturbed_s=10.0)
 SIGMAS = np.array([[1.0], [2.0], [3.0]])
@@ -22,7 +22,7 @@ SIGMAS = np.array([[1.0], [2.0], [3.0]])
 
 @pytest.fixture(scope="module")
 def reflex() -> Evaluation:
-    return evaluate(build("V-reflex-w8"), SIGMAS, 8.0, protocol=SHORT)
+    return evaluate(recipe("V-reflex-w8").controller(), SIGMAS, 8.0, protocol=SHORT)
 
 
 def settles(flown, start_s: float, end_s: float) -> float:
@@ -54,7 +54,7 @@ def test_five_episodes_around_the_training_frequency(reflex):
 
 
 def test_a_run_does_not_depend_on_the_runs_it_is_evaluated_with(reflex):
-    extra = evaluate(build("V-reflex-w8"), [[2.0], [7.0], [0.5]], 8.0, protocol=SHORT)
+    extra = evaluate(recipe("V-reflex-w8").controller(), [[2.0], [7.0], [0.5]], 8.0, protocol=SHORT)
     for name in HOPPING.names():
         np.testing.assert_allclose(
             extra.episodes[name][0], reflex.episodes[name][1], rtol=1e-4, atol=1e-5, err_msg=name
@@ -79,7 +79,7 @@ def test_a_controller_that_needs_its_oscillator_hops_at_no_clamped_phase(reflex)
 
 
 def test_without_an_oscillator_there_is_one_episode():
-    model = find("T-Fv")
+    model = recipe("T-Fv")
     still = np.zeros((2, model.controller().n_weights))
     result = evaluate(model.controller(), still, model.omega_t, protocol=SHORT)
     assert np.isnan(result.omega).all()
@@ -92,7 +92,7 @@ def test_without_an_oscillator_there_is_one_episode():
 
 def test_without_a_drop_there_is_nothing_to_recover_from(reflex):
     calm = dataclasses.replace(SHORT, drop_m=0.0)
-    result = evaluate(build("V-reflex-w8"), SIGMAS, 8.0, protocol=calm)
+    result = evaluate(recipe("V-reflex-w8").controller(), SIGMAS, 8.0, protocol=calm)
     assert np.isnan(result.episodes["t1_s"]).all()
     assert np.isnan(result.episodes["recovery_share"]).all()
     np.testing.assert_allclose(result.episodes["t0_s"], reflex.episodes["t0_s"], rtol=1e-5)
@@ -112,7 +112,7 @@ def test_without_a_drop_there_is_nothing_to_recover_from(reflex):
 )
 def test_what_cannot_be_evaluated_is_refused_before_it_is_rolled_out(weights, omega_t, says):
     with pytest.raises(TegotaeError, match=says):
-        evaluate(build("V-reflex-w8"), weights, omega_t)
+        evaluate(recipe("V-reflex-w8").controller(), weights, omega_t)
 
 
 @pytest.mark.parametrize(

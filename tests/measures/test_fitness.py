@@ -25,7 +25,7 @@ from tegotae.measures.objectives.fitness import EPISODE, HERTZ, SETTLE_S, Fitnes
 from tegotae.measures.objectives.objective import FAILED_FITNESS, Objective
 from tegotae.simulation.recorder import COMMON
 from tegotae.simulation.rollout import Trajectory
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 TIMING = Timing(duration_s=20.0)
 FITNESS = Fitness(settle_s=4.0)
@@ -272,7 +272,7 @@ def test_a_failed_lane_is_no_matter_to_the_others():
 
 def test_on_the_device_it_is_what_it_is_on_the_recorded_trajectory():
     timing = Timing(duration_s=8.0)
-    controller = build("V-reflex-w8")
+    controller = recipe("V-reflex-w8").controller()
     sigma = np.array([[0.0], [2.0], [5.0]])
     lanes = scenario = Scenario(omega=8.0, height_m=np.array([1.0 - 0.981 / 5.0, 1.2, 12.0]))
     on_device = Rollout(controller=controller, timing=timing, summary=FITNESS).run(sigma, scenario)
@@ -290,7 +290,7 @@ def test_on_the_device_it_is_what_it_is_on_the_recorded_trajectory():
 
 
 def test_training_pays_within_two_percent_of_what_a_long_window_of_the_same_gait_makes():
-    controller, sigma = build("V-reflex-w4"), np.linspace(1.0, 9.0, 40)[:, None]
+    controller, sigma = recipe("V-reflex-w4").controller(), np.linspace(1.0, 9.0, 40)[:, None]
     omega = np.linspace(3.0, 9.0, 40)
     paid = Rollout(controller=controller, timing=EPISODE, summary=Fitness())
     rollout = Rollout(controller=controller, timing=Timing(duration_s=60.0), summary=GaitSummary())

@@ -28,7 +28,7 @@ from tegotae.parts.terms import (
     WholeBodyFoot,
 )
 from tegotae.simulation.rollout import Trajectory
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 TIMING = Timing(duration_s=20.0, tick_s=0.01, frame_s=0.1)
 TIME = 0.1 * np.arange(1, 201)[:, None]
@@ -137,7 +137,7 @@ def test_climbs_count_in_flight_alone():
 @pytest.mark.precise
 def test_where_legs_do_not_feel_each_other_the_fitness_is_the_hoppers():
     timing = Timing(duration_s=14.0, tick_s=0.004)
-    hopper = build("V-sector-w8")
+    hopper = recipe("V-sector-w8").controller()
     alone = Rollout(controller=hopper, timing=timing, summary=Fitness(settle_s=6.0)).run(
         [1.0], Scenario(omega=8.0, phase_rad=0.3), Hopper()
     )

@@ -20,7 +20,7 @@ from tegotae.measures.evaluation import Protocol, evaluate
 from tegotae.measures.hopping import Conditions, DerivedMetric, GaitMetric
 from tegotae.measures.hopping.metrics import HOPPING, derived
 from tegotae.parts.bodies import Hopper
-from tegotae.systems.models import build, find
+from tegotae.systems.recipe import recipe
 from tegotae.systems.registry import register
 
 SHORT = Protocol(undisturbed_s=15.0, disturbed_s=10.0, offsets=(0.0,))
@@ -53,7 +53,9 @@ def rolled_out(monkeypatch) -> list[str]:
         monkeypatch.setattr(evaluation.EvaluatedEpisodes, name, made_up(name))
     for metric in ("cot_inverse", "optimum_share", "t1_s", "recovery_share", "cpgu"):
         with pytest.raises(StopHereError):
-            evaluate(build("V-reflex-w8"), [[2.0]], 8.0, protocol=SHORT, metrics=[metric])
+            evaluate(
+                recipe("V-reflex-w8").controller(), [[2.0]], 8.0, protocol=SHORT, metrics=[metric]
+            )
     return names_made
 
 
@@ -67,7 +69,9 @@ def test_what_no_metric_asked_for_needs_is_not_rolled_out(monkeypatch):
 
 def test_a_users_metric_is_evaluated_beside_the_packages_own(registered):
     metrics = ["peak_force_in_weights", "cot_inverse", "peak_force_n"]
-    result = evaluate(build("V-reflex-w8"), [[2.0]], 8.0, protocol=SHORT, metrics=metrics)
+    result = evaluate(
+        recipe("V-reflex-w8").controller(), [[2.0]], 8.0, protocol=SHORT, metrics=metrics
+    )
     assert list(result.episodes) == ["cot_inverse", "peak_force_n", "peak_force_in_weights"]
     force_n = result.episodes["peak_force_n"][0, 0]
     assert 1.0 < force_n <= Hopper().max_force_n
@@ -147,7 +151,7 @@ def test_a_metric_derived_from_what_is_not_there_is_refused():
 
 def test_a_metric_that_is_not_registered_is_not_evaluated():
     with pytest.raises(TegotaeError, match="no metric is called 'peak_force_n'"):
-        evaluate(build("V-reflex-w8"), [[2.0]], 8.0, metrics=[PEAK])
+        evaluate(recipe("V-reflex-w8").controller(), [[2.0]], 8.0, metrics=[PEAK])
 
 
 def test_metrics_follow_from_others_of_the_same_episodes():
@@ -215,7 +219,7 @@ def test_the_check_refuses_what_is_no_metric():
     with pytest.raises(TegotaeError, match="GaitMetric is a class; check an instance"):
         check(GaitMetric)
     with pytest.raises(TegotaeError, match="is no Term or Oscillator or Body or Metric"):
-        check(find("ART"))
+        check(recipe("ART"))
     wrong = DerivedMetric(
         name="half_t0",
         label="half",

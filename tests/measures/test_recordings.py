@@ -19,8 +19,8 @@ from tegotae.measures.hopping import measure
 from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.recordings import read_columns, recording, resampled
 from tegotae.parts.bodies import Hopper
-from tegotae.systems.models import preset
 from tegotae.systems.registry import register
+from tegotae.systems.vanilla import preset
 
 TIME = seconds(20.0, 0.01)
 HEIGHT = 1.0 + 0.1 * np.sin(6.0 * TIME)

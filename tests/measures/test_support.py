@@ -5,7 +5,7 @@ import pytest
 from tegotae import TegotaeError
 from tegotae.measures.gaits.lags import support_margin_m
 from tegotae.parts.bodies import Walker
-from tegotae.systems.legged import system
+from tegotae.systems.vanilla import legged_named
 
 MOVED = Walker(com_x_m=0.326, com_y_m=-0.206)
 
@@ -20,7 +20,7 @@ def test_no_place_of_the_mass_serves_the_loss_of_opposite_legs():
 
 
 def test_a_hexapod_has_a_margin_whatever_leg_it_loses_and_most_without_a_middle_one():
-    legged = system("hexapod")
+    legged = legged_named("hexapod")
     margins = {n: support_margin_m(legged.body, (k,)) for k, n in enumerate(legged.names)}
     assert margins["LM"] == margins["RM"] == pytest.approx(0.44)
     assert margins["LF"] == margins["RH"] == pytest.approx(0.306, abs=1e-3)

@@ -18,9 +18,9 @@ from tegotae.parts.bodies import (
     Walker,
 )
 from tegotae.simulation.schedules import Ramp, Staircase, Step
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
-REFLEX = build("V-reflex-w8")
+REFLEX = recipe("V-reflex-w8").controller()
 EVERYTHING = Sensors(body=Actuators(body=Blows(body=Hopper())), most_ticks=2)
 ROLLOUT = Rollout(controller=REFLEX, timing=Timing(duration_s=6.0, tick_s=0.002))
 
@@ -57,7 +57,9 @@ def test_nothing_wrong_changes_nothing_to_the_bit():
 
 def test_a_share_of_the_strength_is_a_share_of_the_force():
     # A sector commands α or nothing, so that half of the strength is half of α.
-    sector = Rollout(controller=build("V-sector-w8"), timing=Timing(duration_s=6.0, tick_s=0.002))
+    sector = Rollout(
+        controller=recipe("V-sector-w8").controller(), timing=Timing(duration_s=6.0, tick_s=0.002)
+    )
     body = Actuators(body=Hopper())
     changes = {"strength": [1.0, 0.5], "body.max_force_n": [2.0, 4.0]}
     weak, strong = np.moveaxis(run(body, sector, changes=changes).height_m, 1, 0)

@@ -10,7 +10,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.held import with_held_feedback
 from tegotae.simulation.rollout import KeptChannels, Rollout, Scenario, Timing
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 
 SECOND = Timing(duration_s=1.0, tick_s=0.001)
 
@@ -21,7 +21,7 @@ def rolled_out(controller, weights, omega):
 
 
 def learned(name="ART-rF-tphi-w4", runs=2):
-    controller = find(name).controller()
+    controller = recipe(name).controller()
     return controller, np.stack([controller.initial(jax.random.key(k)) for k in range(runs)])
 
 
@@ -60,4 +60,6 @@ def test_each_set_of_weights_keeps_its_own_actuation():
 
 def test_one_network_has_no_feedback_to_hold():
     with pytest.raises(TegotaeError, match="no feedback that could be held"):
-        with_held_feedback(find("T-F").controller(), np.zeros(find("T-F").controller().n_weights))
+        with_held_feedback(
+            recipe("T-F").controller(), np.zeros(recipe("T-F").controller().n_weights)
+        )

@@ -18,7 +18,7 @@ from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing
 from tegotae.parts.bodies import Contact, Push
 from tegotae.parts.terms import Sector
 from tegotae.simulation.integrators import push
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 TICK_S = 0.001
 
@@ -253,7 +253,7 @@ def test_damping_takes_energy_and_never_gives_any():
 
 
 WITHOUT_ACTUATOR = Rollout(
-    controller=build("V-reflex-w4"), timing=Timing(duration_s=2.0, frame_s=0.01)
+    controller=recipe("V-reflex-w4").controller(), timing=Timing(duration_s=2.0, frame_s=0.01)
 )
 """Rollout without actuation: with a gain of zero the reflex never pushes."""
 

@@ -16,10 +16,10 @@ from tegotae import Controller, Hopper, Rollout, Scenario, TegotaeError, Timing,
 from tegotae.parts.bodies import Bar
 from tegotae.parts.couplings import LearnedCoupling, Neighbours
 from tegotae.parts.terms import Signals
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
-ONE = build("V-sector-w8")
-ART = build("ART", 20)
+ONE = recipe("V-sector-w8").controller()
+ART = recipe("ART").controller(20)
 SHORT = Timing(duration_s=4.0)
 
 
@@ -214,7 +214,7 @@ def test_apexes_are_those_of_an_adaptive_solver(hips, inertia_ratio, reflex, pha
         turned=(0.05,),
         reflex=reflex,
     )
-    controller = network(build("V-reflex-w8") if reflex else ONE, len(hips))
+    controller = network(recipe("V-reflex-w8").controller() if reflex else ONE, len(hips))
     path = run(
         controller,
         [2.0],
@@ -230,7 +230,7 @@ def test_apexes_are_those_of_an_adaptive_solver(hips, inertia_ratio, reflex, pha
 
 def test_without_damping_and_force_the_bar_keeps_its_energy():
     bar = Bar(damping_ns_per_m=0.0, inertia_ratio=0.5)
-    silent = network(build("V-reflex-w8"))
+    silent = network(recipe("V-reflex-w8").controller())
     path = run(silent, [0.0], bar, initial_pose={"pitch_rad": 0.2, "pitch_rate_rad_per_s": 0.5})
     assert np.ptp(path.energy_j) < 1e-9 * path.energy_j[0, 0]
 
@@ -266,7 +266,7 @@ def test_a_light_bar_falls_into_antiphase_and_a_heavy_one_into_phase(inertia_rat
         ),
         (lambda: network(ONE, 1, coupling=LearnedCoupling()), "needs at least two limbs"),
         (
-            lambda: network(build("T-F"), coupling=LearnedCoupling()),
+            lambda: network(recipe("T-F").controller(), coupling=LearnedCoupling()),
             "a coupling but no oscillators to couple",
         ),
         (lambda: run(ONE, [1.0], Bar()), "drives 1 limbs, and a Bar has 2"),

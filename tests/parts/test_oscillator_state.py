@@ -18,10 +18,10 @@ from tegotae.parts.terms import LearnedActuation, Sector
 from tegotae.simulation.loop import check_senses
 from tegotae.simulation.recorder import Trajectory, needing
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 TIMING = Timing(duration_s=4.0)
-VANILLA = build("V-reflex-w8")
+VANILLA = recipe("V-reflex-w8").controller()
 SWELLING = dataclasses.replace(VANILLA, oscillator=LearnedAmplitude())
 PHASELESS = Controller(LearnedActuation(("activity",), 2), Relaxation())
 

@@ -24,7 +24,7 @@ from tegotae.parts.oscillators import (
     oscillator_named,
 )
 from tegotae.parts.oscillators.planar import period_ratio
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 STEP_S = 0.005
 OMEGA = 6.0
@@ -99,7 +99,9 @@ def test_a_hopf_oscillator_comes_to_the_radius_of_the_root_of_mu():
 def test_a_hopf_oscillator_drives_a_hopper_as_the_phase_oscillator_does():
     timing = Timing(duration_s=10.0)
     plain, hopf = (
-        Rollout(controller=build(name), timing=timing).run([[2.0], [4.0]], Scenario(omega=8.0))
+        Rollout(controller=recipe(name).controller(), timing=timing).run(
+            [[2.0], [4.0]], Scenario(omega=8.0)
+        )
         for name in ("V-sector-w8", "V-sector-w8+hopf")
     )
     for name, recorded in plain.channels.items():
@@ -283,14 +285,14 @@ def test_what_is_out_of_range_is_refused():
 
 
 def test_one_that_is_too_stiff_for_the_tick_is_refused_before_it_runs():
-    stiff = replace(build("V-reflex-w8"), oscillator=VanDerPol(mu=5.0))
+    stiff = replace(recipe("V-reflex-w8").controller(), oscillator=VanDerPol(mu=5.0))
     rollout = Rollout(controller=stiff, timing=Timing(duration_s=1.0, tick_s=0.002))
     with pytest.raises(TegotaeError, match=r"VanDerPol at omega 8 is too stiff for ticks of 0.002"):
         rollout.run([2.0], Scenario(omega=8.0), Hopper())
 
 
 def test_a_start_with_a_state_that_it_has_not_is_refused():
-    rollout = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=1.0))
+    rollout = Rollout(controller=recipe("V-reflex-w8").controller(), timing=Timing(duration_s=1.0))
     with pytest.raises(
         TegotaeError, match="PhaseOscillator has no oscillator_state 'radius'; it takes none"
     ):

@@ -20,9 +20,9 @@ from tegotae.parts.bodies import (
 )
 from tegotae.parts.terms import Signals
 from tegotae.simulation.recorder import needing
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
-ONE = build("V-sector-w8")
+ONE = recipe("V-sector-w8").controller()
 SHORT = Timing(duration_s=4.0)
 PHASES = np.array([[0.0, 1.0], [2.0, 4.0], [1.0, 5.5], [3.5, 2.5]])
 """Phases of the legs left fore, right fore, left hind, right hind; two lanes."""
@@ -163,7 +163,7 @@ def test_apexes_and_phases_are_those_of_an_adaptive_solver(ratios, stiffness, re
         twist_inertia_ratio=twist[0] if twist else None,
         twist_stiffness_nm_per_rad=stiffness,
     )
-    unit = build("V-reflex-w8") if reflex else ONE
+    unit = recipe("V-reflex-w8").controller() if reflex else ONE
     path = run(plate, NEAR, unit=unit, gain=2.0, initial_pose=SLIGHTLY)
     mask = np.isfinite(path.apex_time_s[:, 0])
     assert mask.sum() == len(flown.apex_time) >= 1
@@ -178,7 +178,11 @@ def test_apexes_and_phases_are_those_of_an_adaptive_solver(ratios, stiffness, re
 def test_without_damping_and_force_the_plate_keeps_its_energy():
     plate = dataclasses.replace(LIMP, damping_ns_per_m=0.0, twist_stiffness_nm_per_rad=0.5)
     path = run(
-        plate, np.zeros(2), unit=build("V-reflex-w8"), gain=0.0, initial_pose=TILTED | SPINNING
+        plate,
+        np.zeros(2),
+        unit=recipe("V-reflex-w8").controller(),
+        gain=0.0,
+        initial_pose=TILTED | SPINNING,
     )
     assert np.ptp(path.energy_j) < 1e-9 * path.energy_j[0, 0]
     assert np.ptp(path.twist_rad) > 1e-3

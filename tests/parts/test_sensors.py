@@ -9,9 +9,9 @@ import pytest
 
 from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing, check
 from tegotae.parts.bodies import Bar, Sensors
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
-REFLEX = build("V-reflex-w8")
+REFLEX = recipe("V-reflex-w8").controller()
 ROLLOUT = Rollout(controller=REFLEX, timing=Timing(duration_s=6.0))
 LEG = Sensors(body=Hopper())
 

@@ -401,9 +401,9 @@ def test_a_tick_too_long_for_its_springs_is_refused():
 def test_a_leg_that_is_pushed_and_one_that_is_placed_do_not_go_together():
     from tegotae import Hopper
     from tegotae.simulation.loop import check_senses
-    from tegotae.systems.models import build
+    from tegotae.systems.recipe import recipe
 
     with pytest.raises(TegotaeError, match="Sector commands force, and a Walker takes foot_x and"):
-        check_senses(dataclasses.replace(build("V-sector-w8"), limbs=4), C)
+        check_senses(dataclasses.replace(recipe("V-sector-w8").controller(), limbs=4), C)
     with pytest.raises(TegotaeError, match="EllipticFoot commands foot_x and foot_z"):
         check_senses(controller(limbs=1), Hopper())

@@ -45,7 +45,7 @@ from tegotae.parts.oscillators import Clamped, PhaseOscillator
 from tegotae.parts.terms import ConstantGain, Reflex, VanillaReaction
 from tegotae.simulation.schedules import Step
 from tegotae.systems.controller_file import SavedController, save
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 from tegotae.training.algorithms import PGPE
 
 needs_compiler = pytest.mark.skipif(
@@ -309,7 +309,7 @@ def test_no_two_modules_of_a_script_give_a_name_away_twice():
 
 
 def saved_at(path, controller=None, body=None, omega=8.0):
-    controller = build("V-sector-w8") if controller is None else controller
+    controller = recipe("V-sector-w8").controller() if controller is None else controller
     weights = np.full(controller.n_weights, 1.0)
     save(SavedController.from_weights(controller, weights, omega, body or Hopper()), path)
     return path
@@ -392,7 +392,7 @@ def test_a_page_of_another_ending_which_no_browser_shows_is_refused(tmp_path, ca
 
 def test_without_a_compiler_one_line_says_what_to_install(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(compiler, "has_compiler", lambda: False)
-    path = saved_at(tmp_path / "mine.json", build("V-reflex-w8"))
+    path = saved_at(tmp_path / "mine.json", recipe("V-reflex-w8").controller())
     assert main(["playground", str(path), "--out", str(tmp_path / "page.html")]) == 2
     error = capsys.readouterr().err.strip().splitlines()[-1]
     assert "mine: no engine comes with the package" in error

@@ -20,12 +20,12 @@ from tegotae import TegotaeError
 from tegotae.analysis.orbit import find_orbit
 from tegotae.analysis.surface import actuation_surface
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 
 @pytest.fixture(scope="module")
 def panels() -> list[PolicyPanel]:
-    saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
+    saved = SavedController.from_weights(recipe("V-reflex-w8").controller(), np.array([2.0]), 8.0)
     surface = actuation_surface(saved, np.linspace(0.0, 2.0, 5), columns=6)
     orbit = find_orbit(saved, settle_s=20.0, tick_s=0.002)
     metrics = dict.fromkeys(NORMALISED, 0.25) | {"feedback_share": 0.07, "phase_share": np.nan}

@@ -19,7 +19,7 @@ from research.reproduction.figures.study import (
 from research.reproduction.table import StudyTable, design_place, table_of_runs
 from study_tables import table
 from tegotae.measures.hopping.metrics import HOPPING
-from tegotae.systems.models import all_models
+from tegotae.systems.recipe import study_recipes
 
 HELD = ("V", "ART", "T")
 """The architectures of that table, in the order of the paper."""
@@ -142,14 +142,14 @@ def test_a_table_of_one_frequency_has_bars_of_one():
 def some(*models: str, runs: int = 2) -> StudyTable:
     """A few runs of these models, each metric one."""
     values = {metric: np.ones(runs) for metric in HOPPING.names()}
-    registry = all_models()
+    registry = study_recipes()
     return table_of_runs(
         (design_place(registry[model]), {"best_fitness": np.zeros(runs)}, values)
         for model in models
     )
 
 
-@pytest.mark.parametrize("name", [name for name in all_models() if name.endswith("w8")][::7])
+@pytest.mark.parametrize("name", [name for name in study_recipes() if name.endswith("w8")][::7])
 def test_every_model_of_a_table_is_drawn(name):
     rows = some("V-sector-w8", name)
     (architecture,) = set(rows.where(model=name)["architecture"].tolist())

@@ -39,8 +39,8 @@ from research.reproduction.table import record_place
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.study import run_locally
-from tegotae.systems.laws import LAWS
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
+from tegotae.systems.term_sets import LAWS
 
 SHORT = Protocol(undisturbed_s=10.0, disturbed_s=1.0, offsets=(0.0, 1.0))
 
@@ -52,20 +52,20 @@ def test_the_plan_has_every_architecture_and_law_at_every_frequency():
 
 
 def test_a_model_at_another_frequency_has_its_place_in_the_design():
-    experiment = find("AR-rF-both-w5").experiment()
+    experiment = recipe("AR-rF-both-w5").experiment()
     record = SimpleNamespace(model=experiment.name, experiment=experiment, weights=np.zeros((1, 9)))
     assert record_place(record)["architecture"] == "AR"
     assert record_place(record)["omega_t"] == 5.0
 
 
 def test_the_common_releases_are_the_same_for_all_models():
-    a, b = (find(name).experiment().system.scenario() for name in ("V-sector-w4", "ART"))
+    a, b = (recipe(name).experiment().system.scenario() for name in ("V-sector-w4", "ART"))
     np.testing.assert_array_equal(releases(a).height_m, releases(b).height_m)
     assert releases(a).phase_rad.shape == (RELEASES,)
 
 
 def test_a_run_is_judged_whole_cut_and_frozen():
-    experiment = find("V-reflex-w8").experiment(protocol=SHORT)
+    experiment = recipe("V-reflex-w8").experiment(protocol=SHORT)
     judged = judge_runs(experiment, np.array([[2.0], [0.0]], "float32"))
     for name in MEASURED:
         assert judged[name].shape == (len(VARIANTS), 2, RELEASES, 2)
@@ -78,7 +78,7 @@ def test_a_run_is_judged_whole_cut_and_frozen():
 
 
 def test_one_network_is_judged_whole_alone():
-    experiment = find("T-F").experiment(protocol=SHORT)
+    experiment = recipe("T-F").experiment(protocol=SHORT)
     judged = judge_runs(experiment, np.zeros((1, experiment.controller.n_weights), "float32"))
     assert np.isfinite(judged["limit_cycle_share"][0]).all()
     assert np.isnan(judged["limit_cycle_share"][1:]).all()

@@ -57,9 +57,10 @@ from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.parts.bodies import Hopper
+from tegotae.parts.fields import replace
 from tegotae.parts.terms import Reflex, Sector, SectorAndReflex
 from tegotae.simulation.rollout import Timing
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.evolution import CAP
 from tegotae.training.scoring import best_gain
 
@@ -171,7 +172,7 @@ def test_a_reading_is_in_every_unit_that_it_is_about():
             assert experiment.body == reading.hopper
             assert experiment.objective.work == reading.work
             assert experiment.objective.follow_omega == reading.follow_omega
-            model = find(experiment.name)
+            model = recipe(experiment.name)
             assert experiment.controller == model.controller(reading.parameters)
             assert experiment.system.release.height_m == reading.release
             assert (protocol.work, protocol.drop_m) == (reading.work, reading.drop)
@@ -194,7 +195,7 @@ def test_a_reading_changes_vanilla_actuations_alone():
     changed = reading.actuation(SectorAndReflex())
     assert (changed.duration_s, changed.newtons_per_feedback) == (0.05, 2.0)
     assert reading.actuation(Reflex()) == Reflex(2.0)
-    learned = find("ART").experiment().controller.actuation
+    learned = recipe("ART").experiment().controller.actuation
     assert reading.actuation(learned) == learned
     for actuation in (Sector(), Reflex(), SectorAndReflex(), learned):
         assert Reading().actuation(actuation) == actuation
@@ -216,16 +217,16 @@ def test_freedoms_that_mean_nothing_are_refused(choice, says):
 
 def test_a_gain_is_tuned_at_one_frequency_or_over_several():
     """The gain of the mean fitness is no gain of either frequency's own."""
-    plain = find("V-sector-w8").experiment(
+    plain = recipe("V-sector-w8").experiment(
         timing=Timing(duration_s=6.0, tick_s=0.002), objective=Fitness(settle_s=3.0)
     )
-    over = plain.replaced(search_offsets=(-1.0, 1.0))
-    gains = [best_gain(plain.replaced(omega=omega)) for omega in (7.0, 9.0)]
+    over = replace(plain, {"search_offsets": (-1.0, 1.0)})
+    gains = [best_gain(replace(plain, {"omega": omega})) for omega in (7.0, 9.0)]
     gain, fitness = best_gain(over)
     assert fitness <= np.mean([best for _, best in gains])
     assert gain in plain.gains
     with pytest.raises(TegotaeError, match="search_offsets is empty"):
-        plain.replaced(search_offsets=())
+        replace(plain, {"search_offsets": ()})
 
 
 def test_a_budget_of_training_is_spent_to_its_end_or_to_the_plateau():

@@ -47,7 +47,7 @@ from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.metrics import LIMIT_CYCLE
 from tegotae.measures.optimum import curve, has_table, share
 from tegotae.systems import controller_file
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 HOPPER = Hopper()
 UNDAMPED = {"flight_damping_ns_per_m": 0.0}
@@ -260,10 +260,14 @@ def test_no_controller_is_above_the_bound():
         ("ART-rF-tphif-w4", 0.8 * random.normal(size=(300, 96))),
     ):
         rollout = Rollout(
-            controller=build(name), timing=Timing(duration_s=30.0), summary=GaitSummary()
+            controller=recipe(name).controller(),
+            timing=Timing(duration_s=30.0),
+            summary=GaitSummary(),
         )
         omega = random.uniform(2.0, 10.0, len(weights))
-        outcome = rollout.run(weights[:, : build(name).n_weights], Scenario(omega=omega))
+        outcome = rollout.run(
+            weights[:, : recipe(name).controller().n_weights], Scenario(omega=omega)
+        )
         settled = np.asarray(outcome.regime) == LIMIT_CYCLE
         rate, value = (np.asarray(x)[settled] for x in (outcome.hop_rate, outcome.cot_inverse))
         period = np.asarray(outcome.limit_cycle_period)[settled]
@@ -456,10 +460,10 @@ def test_a_share_is_of_the_optimum_at_the_gaits_own_frequency():
 
 def test_an_evaluation_reports_the_share_where_the_table_holds():
     short = Protocol(undisturbed_s=15.0, disturbed_s=5.0, offsets=(0.0,), clamped_phases=1)
-    episodes = evaluate(build("V-reflex-w8"), [[2.0]], 8.0, protocol=short).episodes
+    episodes = evaluate(recipe("V-reflex-w8").controller(), [[2.0]], 8.0, protocol=short).episodes
     assert 0.2 < episodes["optimum_share"][0, 0] < 1.0
     heavy = Hopper(mass_kg=0.11)
-    heavier = evaluate(build("V-reflex-w8"), [[2.0]], 8.0, heavy, short).episodes
+    heavier = evaluate(recipe("V-reflex-w8").controller(), [[2.0]], 8.0, heavy, short).episodes
     assert np.isnan(heavier["optimum_share"]).all()
     assert not has_table(HOPPER, "net")
 

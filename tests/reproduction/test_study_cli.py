@@ -31,8 +31,9 @@ from research.reproduction.unit import FORMAT, record_key
 from tegotae import Hopper
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.objectives.fitness import Fitness
-from tegotae.systems.models import find
-from tegotae.systems.study_records import SUFFIX
+from tegotae.parts.fields import replace
+from tegotae.systems.controller_file import SUFFIX
+from tegotae.systems.recipe import recipe
 
 
 @pytest.fixture
@@ -183,7 +184,7 @@ def test_status_says_what_is_done_and_what_is_missing(half, smoke_study, capsys)
 
 def test_a_study_may_have_experiments_beside_the_models_of_its_scale(half, capsys):
     """One more experiment, made from Python: it is counted, tabulated, and stands by itself."""
-    experiment = dataclasses.replace(find("T-F").experiment(), name="mine")
+    experiment = dataclasses.replace(recipe("T-F").experiment(), name="mine")
     complete = plan("smoke", "V-*", [experiment])
     added = next(unit for unit in complete.units if unit.run.experiment is experiment)
     (source,) = half.glob("records/ART-*")
@@ -201,7 +202,7 @@ def test_a_study_may_have_experiments_beside_the_models_of_its_scale(half, capsy
 
 
 def test_two_experiments_of_one_name_are_refused(half, no_work):
-    second = dataclasses.replace(find("T-F").experiment(), name="V-sector-w8")
+    second = dataclasses.replace(recipe("T-F").experiment(), name="V-sector-w8")
     with pytest.raises(TegotaeError, match="2 experiments are called V-sector-w8"):
         plan("smoke", "V-*", [second])
     alone = plan("smoke", "", [second])
@@ -606,7 +607,7 @@ def test_a_study_of_another_version_is_refused(half, one_line_error, tmp_path):
 )
 def test_a_study_of_another_measure_or_body_is_another_study(half, name, changed):
     complete = plan("smoke")
-    experiments = tuple(experiment.replaced(**changed) for experiment in complete.experiments)
+    experiments = tuple(replace(experiment, changed) for experiment in complete.experiments)
     changed_plan = dataclasses.replace(complete, experiments=experiments)
     previous = contents(half)
     with pytest.raises(TegotaeError, match=f"holds a study with another {name}; "):

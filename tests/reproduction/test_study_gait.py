@@ -17,9 +17,9 @@ from research.reproduction.table import tabulate
 from tegotae import TegotaeError
 from tegotae.measures.evaluation import Evaluation, Protocol, evaluate
 from tegotae.simulation.rollout import Rollout
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 
-MODEL = find("V-sector-w8")
+MODEL = recipe("V-sector-w8")
 SETTLES, WANDERS = 1.5, 3.0
 """Gains of the model: with the one it settles within seconds, with the other it does not."""
 

@@ -20,7 +20,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae.cli import split_parts
 from tegotae.measures.evaluation import evaluate
 from tegotae.measures.hopping import HOPPING
-from tegotae.systems.user_objects import imported
+from tegotae.systems.registry import imported
 
 FILE = str(TESTS / "users" / "grf.py")
 OWN = ("peak_grf_n", "peak_grf_in_weights")

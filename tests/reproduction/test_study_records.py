@@ -23,8 +23,9 @@ from research.reproduction.unit import work
 from tegotae import Timing, study
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.metrics import HOPPING
+from tegotae.parts.fields import replace
 from tegotae.simulation.integrators import Hold
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import resolve
 from tegotae.training import collection
 from tegotae.training.evolution import Stopping
@@ -52,7 +53,7 @@ def test_a_record_reads_back_as_it_was_written(tmp_path: Path) -> None:
 
 def test_a_table_says_how_many_numbers_a_model_learns(folder: Folder, tmp_path: Path) -> None:
     table = tabulate(folder.all()[0])
-    learned = {name: find(name).controller().n_weights for name in table["model"].tolist()}
+    learned = {name: recipe(name).controller().n_weights for name in table["model"].tolist()}
     assert table["parameters"].tolist() == [learned[name] for name in table["model"].tolist()]
     assert "parameters" not in table.metrics
     write_study_csv(table, tmp_path / "table.csv")
@@ -70,11 +71,14 @@ def test_a_unit_is_evaluated_as_its_system_is_released_and_held(monkeypatch) -> 
         raise AskedError(arguments[4].release_m, arguments[4].tick_s, velocity, integrator)
 
     standard = plan("smoke", "V-sector-w8").units[0]
-    held = standard.run.experiment.replaced(
-        integrator=Hold(),
-        timing=Timing(duration_s=4.0, tick_s=0.004),
-        height_m=1.1,
-        velocity_m_per_s=0.5,
+    held = replace(
+        standard.run.experiment,
+        {
+            "integrator": Hold(),
+            "timing": Timing(duration_s=4.0, tick_s=0.004),
+            "height_m": 1.1,
+            "velocity_m_per_s": 0.5,
+        },
     )
     unit = dataclasses.replace(standard, run=dataclasses.replace(standard.run, experiment=held))
     monkeypatch.setattr("research.reproduction.unit.evaluate", evaluate)
@@ -86,8 +90,9 @@ def test_a_unit_is_evaluated_as_its_system_is_released_and_held(monkeypatch) -> 
 
 def test_a_period_that_cannot_be_measured_is_refused_before_training() -> None:
     standard = plan("smoke", "V-sector-w8").units[0]
-    odd = standard.run.experiment.replaced(
-        integrator=Hold(), timing=Timing(duration_s=4.2, tick_s=0.003, frame_s=0.021)
+    odd = replace(
+        standard.run.experiment,
+        {"integrator": Hold(), "timing": Timing(duration_s=4.2, tick_s=0.003, frame_s=0.021)},
     )
     with pytest.raises(TegotaeError, match=r"the control period is 0.003 s; hops are measured"):
         work(dataclasses.replace(standard, run=dataclasses.replace(standard.run, experiment=odd)))
@@ -213,7 +218,9 @@ def test_the_paper_scale_is_the_papers() -> None:
 
 
 def test_every_architecture_is_in_the_quick_scale() -> None:
-    architectures = {find(unit.run.experiment.name).architecture for unit in plan("quick").units}
+    architectures = {
+        recipe(unit.run.experiment.name).terms.architecture for unit in plan("quick").units
+    }
     assert architectures == {"V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT", "T"}
 
 

@@ -16,7 +16,7 @@ from places import ROOT
 from tegotae import TegotaeError, save
 from tegotae.cli import main
 from tegotae.systems.controller_file import SavedController, load
-from tegotae.systems.designs import design
+from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import resolve
 from tegotae_robots.api.robots import export_c
 from tegotae_robots.benchmark import bodies, subject as benchmark
@@ -124,7 +124,7 @@ def test_a_law_on_legs_commands_joints_alike_as_a_file_and_as_c(tmp_path, monkey
     model = str(ROOT / "examples" / "robots" / "servo_quadruped.xml")
     feet = [f"{leg}_foot" for leg in ("FL", "FR", "RL", "RR")]
     walker = resolve("quadruped-c").controller().system
-    law = dataclasses.replace(walker, controller=design("clock-b@quadruped-c").controller())
+    law = dataclasses.replace(walker, controller=recipe("clock-b@quadruped-c").controller())
     weights = np.array([0.25, 0.2, 0.03, 0.4, 0.1, 0.2, -0.3, -0.1])
     save(SavedController(law, weights, "law"), "walker.json")
     wiring = str(ROOT / "examples" / "wirings" / "go1-legs.toml")

@@ -31,8 +31,7 @@ from tegotae.parts.terms import (
 )
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.designs import design
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 from tegotae_robots.c import Export
 
 ALLOWED_M = 1e-3
@@ -53,7 +52,7 @@ def nearly_linear(role: str, signal: str, slope: float) -> dict[tuple, float]:
 
 def gaits() -> dict[str, SavedController]:
     """Controllers that hop regularly; those with networks are made like the vanilla one."""
-    learned = build("ARGT-rF-gF-tphif-w8", 40)
+    learned = recipe("ARGT-rF-gF-tphif-w8").controller(40)
     like_vanilla = {
         **nearly_linear("action", "cos_phase", -1.0),
         **nearly_linear("reaction", "spring_force", 0.981),
@@ -61,7 +60,7 @@ def gaits() -> dict[str, SavedController]:
         ("gain", "neuron", 0, "output"): 2.6,
         **nearly_linear("actuation", "feedback", -3.13),
     }
-    single = build("T-Fv", 20)
+    single = recipe("T-Fv").controller(20)
     pushes = {
         ("actuation", "neuron", 0, "velocity"): 2.0,
         ("actuation", "neuron", 0, "output"): 1.2,
@@ -72,8 +71,12 @@ def gaits() -> dict[str, SavedController]:
         Tegotae(my_parts.HarmonicAction(), VanillaReaction(), ConstantGain()),
     )
     return {
-        "a sector": SavedController.from_weights(build("V-sector-w8"), np.array([1.0]), 8.0),
-        "a reflex": SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0),
+        "a sector": SavedController.from_weights(
+            recipe("V-sector-w8").controller(), np.array([1.0]), 8.0
+        ),
+        "a reflex": SavedController.from_weights(
+            recipe("V-reflex-w8").controller(), np.array([2.0]), 8.0
+        ),
         "networks for all terms": SavedController.from_weights(
             learned, with_weights(learned, like_vanilla), 8.0
         ),
@@ -151,7 +154,7 @@ def on_another(oscillator: str) -> SavedController:
     """A regular gait of a vanilla leg with another oscillator; its own numbers as they start."""
     adapts = "adaptive" in oscillator  # its frequency is worn down by every load that lasts
     plain, sigma = ("V-sector-w8", 8.0) if adapts else ("V-reflex-w8", 1.0)
-    controller = dataclasses.replace(build(plain), oscillator=OSCILLATORS[oscillator])
+    controller = dataclasses.replace(recipe(plain).controller(), oscillator=OSCILLATORS[oscillator])
     weights = np.array(controller.initial(jax.random.key(0)))
     weights[controller.weight_names.index(("gain", "sigma"))] = sigma
     return SavedController.from_weights(controller, weights, 8.0)
@@ -176,7 +179,7 @@ def test_every_oscillator_hops_compiled_as_it_does_simulated(oscillator, tmp_pat
 @needs_gcc
 @pytest.mark.thorough
 def test_learned_legs_of_a_walker_move_compiled_as_they_do_simulated(tmp_path):
-    task = design("ARGT-t+phif@quadruped-c").experiment()
+    task = recipe("ARGT-t+phif@quadruped-c").experiment()
     weights = np.array(task.controller.initial(jax.random.key(1)))
     saved = SavedController.from_weights(task.controller, weights, task.omega, task.body)
     timing = Timing(duration_s=4.0, tick_s=0.004, frame_s=0.04)

@@ -20,11 +20,11 @@ import tegotae as tg
 from compiled import FLAGS, SANITIZERS, Compiled, needs_gcc
 from tegotae import Hopper, TegotaeError, Timing, cli
 from tegotae.parts.bodies import Bar
+from tegotae.parts.fields import replace
 from tegotae.parts.terms import Signals, Term
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.designs import design
-from tegotae.systems.models import build, find
+from tegotae.systems.recipe import recipe
 from tegotae_robots.c import Export, package_texts
 from tegotae_robots.c.cost import COMPILER, EMULATOR
 from tegotae_robots.c.source import source
@@ -44,7 +44,7 @@ FILES = {
 
 def saved(name: str = "ART-rF-tphif-w8", **entries) -> SavedController:
     """A controller with random weights."""
-    model = find(name)
+    model = recipe(name)
     controller = model.controller(30)
     weights = np.asarray(controller.initial(jax.random.key(1)))
     return SavedController.from_weights(controller, weights, model.omega_t, name=name, **entries)
@@ -53,13 +53,13 @@ def saved(name: str = "ART-rF-tphif-w8", **entries) -> SavedController:
 def trained(tick_s: float, name: str = "ART-rF-tphif-w8") -> SavedController:
     """A controller that was trained at this control period."""
     timing = Timing(duration_s=24.0, tick_s=tick_s)
-    experiment = find(name).experiment(budget=30, timing=timing)
+    experiment = recipe(name).experiment(budget=30, timing=timing)
     return dataclasses.replace(saved(name), system=experiment.system, experiment=experiment)
 
 
 def with_action(term: Term) -> SavedController:
     """The vanilla controller with another action."""
-    controller = build("V-reflex-w8")
+    controller = recipe("V-reflex-w8").controller()
     law = dataclasses.replace(controller.tegotae, action=term)
     return SavedController.from_weights(
         dataclasses.replace(controller, tegotae=law), np.array([2.0]), 8.0, Hopper()
@@ -152,8 +152,8 @@ def test_a_program_in_cpp_calls_it(written, tmp_path):
 def test_a_start_keeps_any_finite_phase_and_counts_any_other_as_a_fault(tmp_path, limbs):
     single = saved("V-reflex-w8")
     body = Hopper() if limbs == 1 else Bar()
-    single = single.replaced(
-        controller=dataclasses.replace(single.controller, limbs=limbs), body=body
+    single = replace(
+        single, {"controller": dataclasses.replace(single.controller, limbs=limbs), "body": body}
     )
     leg = Compiled(Export(single), tmp_path)
     for phase in np.float32([0.0, 1.0, -1.0, 6.2831853, 100.0, -12345.678, 1e6, -3e37, 3.4e38]):
@@ -243,7 +243,9 @@ def test_the_check_that_a_library_names_runs(tmp_path):
 
 @pytest.mark.parametrize(("body", "written"), [(Hopper(), True), (Hertz(), False)])
 def test_the_spring_is_written_out_in_c_where_it_is_linear(body, written):
-    export = Export(SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0, body))
+    export = Export(
+        SavedController.from_weights(recipe("V-reflex-w8").controller(), np.array([2.0]), 8.0, body)
+    )
     header = next(text for name, text in package_texts(export).items() if str(name).endswith(".h"))
     assert ("STIFFNESS_N_PER_M" in header) is written
 
@@ -294,7 +296,7 @@ def test_elementary_functions_stand_in_c_by_their_names():
 
 
 def over_all_limbs() -> SavedController:
-    task = design("W-F@quadruped-c").experiment()
+    task = recipe("W-F@quadruped-c").experiment()
     weights = np.zeros(task.controller.n_weights)
     return SavedController.from_weights(task.controller, weights, task.omega, task.body)
 

@@ -19,7 +19,7 @@ from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.legs import legs_of
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.systems.controller_file import SavedController, save
-from tegotae.systems.designs import design
+from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import resolve
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae_robots.c import Export
@@ -140,10 +140,10 @@ def test_a_law_goes_to_c_that_steps_aside_whose_stride_grows_or_that_is_wary(
     model.write_text(sprung_robot())
     wiring = suggest_legs(ModelSettings(model=str(model), **settings)).wiring
     law, spec = (
-        design(f"{name}@quadruped-c"),
+        recipe(f"{name}@quadruped-c"),
         EnvSpec(env=str(model), settings=tuple(settings.items())),
     )
-    experiment = EnvExperiment.of_model(law, spec, wiring)
+    experiment = EnvExperiment.from_recipe(law, spec, wiring)
     weights = np.random.default_rng(0).uniform(0.01, 0.3, experiment.controller.n_weights)
     saved = SavedController(experiment.system, weights, "law", task=experiment.task)
     save(saved, tmp_path / "law.json")

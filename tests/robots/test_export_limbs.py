@@ -14,7 +14,7 @@ from tegotae.envs import Limb, Wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.wrapper import Pilot
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae_robots.c import Export
 from tegotae_robots.c.plan import usual_tick_s
@@ -34,7 +34,7 @@ LEGS = Wiring(
 def trained(model: str, wiring: Wiring = LEGS, **settings) -> tuple[EnvExperiment, SavedController]:
     """A model with random weights, as a training on the MuJoCo hopper saves it."""
     spec = EnvSpec(env="hopper", settings=tuple(settings.items()))
-    task = EnvExperiment.of_model(find(model), spec, wiring, omega=8.0, budget=24)
+    task = EnvExperiment.from_recipe(recipe(model), spec, wiring, omega=8.0, budget=24)
     weights = 2.0 * np.random.default_rng(3).standard_normal(task.controller.n_weights)
     return task, SavedController(task.system, weights, model, task=task.task)
 

@@ -51,8 +51,8 @@ from tegotae.simulation.integrators import (
     with_oscillator,
 )
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.laws import LAWS, ShortLaw
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
+from tegotae.systems.term_sets import LAWS
 from tegotae_robots.c import Export
 
 ALPHA = 4.0
@@ -180,7 +180,7 @@ SAMPLED = ("V-sector-w8", "AR-rFv-both-w8", "ART-rF-tphif-w8", "ARGT-rFv-gFv-tph
     ],
 )
 def test_every_architecture_says_in_c_what_it_says_in_the_package(name, tmp_path):
-    model = find(name)
+    model = recipe(name)
     export = Export(saved(model.controller(40), omega=model.omega_t))
     check_parity(export, tmp_path)
 
@@ -251,7 +251,7 @@ SEVERAL = {
 @needs_gcc
 @pytest.mark.parametrize("law", [law for law in LAWS if law != "clock"])  # which senses nothing
 def test_short_laws_say_in_c_what_they_say_in_the_package(law, tmp_path):
-    check_parity(Export(saved(ShortLaw(law).controller())), tmp_path)
+    check_parity(Export(saved(recipe(law).controller())), tmp_path)
 
 
 @pytest.mark.parametrize("which", SEVERAL)
@@ -302,7 +302,7 @@ def unbounded(tmp_path_factory):
     """A learned controller with two inputs, compiled."""
     if compiled.shutil.which("gcc") is None:
         pytest.skip("gcc is not installed")
-    model = find("ARGT-rFv-gFv-tphif-w8")
+    model = recipe("ARGT-rFv-gFv-tphif-w8")
     export = Export(saved(model.controller(40)))
     return Compiled(export, tmp_path_factory.mktemp("c"))
 

@@ -23,7 +23,7 @@ from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import AdaptiveHopf, Matsuoka
 from tegotae.parts.terms import Reflex
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import build, find
+from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import resolve
 from tegotae.systems.system import System
 from tegotae_robots.api.robots import export_native
@@ -37,7 +37,7 @@ SIGMA = 2.0
 
 
 def vanilla() -> SavedController:
-    return SavedController.from_weights(build("V-reflex-w8"), np.array([SIGMA]), 8.0)
+    return SavedController.from_weights(recipe("V-reflex-w8").controller(), np.array([SIGMA]), 8.0)
 
 
 def live_of(saved: SavedController, max_force_n: float | None = None) -> LiveController:
@@ -45,14 +45,14 @@ def live_of(saved: SavedController, max_force_n: float | None = None) -> LiveCon
 
 
 def learned(model: str) -> SavedController:
-    controller = find(model).experiment().system.controller
+    controller = recipe(model).experiment().system.controller
     weights = np.random.default_rng(0).normal(0.0, 0.3, controller.n_weights)
     omega = None if controller.oscillator is None else 8.0
     return SavedController.from_weights(controller, weights, omega)
 
 
 def with_oscillator(oscillator: object) -> SavedController:
-    plain = build("V-reflex-w8")
+    plain = recipe("V-reflex-w8").controller()
     controller = Controller(Reflex(), oscillator, tegotae=plain.tegotae)
     return SavedController.from_weights(controller, np.full(controller.n_weights, SIGMA), 8.0)
 
@@ -116,7 +116,7 @@ def test_every_tick_of_a_simulated_run_is_repeated(name):
 def test_a_unit_feels_and_drives_the_limb_that_its_wiring_names():
     """The wiring is not its own inverse."""
     wiring, gains, forces = (1, 2, 0), (1.0, 2.0, 3.0), (0.5, 1.0, 2.0)
-    single = build("V-reflex-w8")
+    single = recipe("V-reflex-w8").controller()
     three = dataclasses.replace(single, limbs=3, sharing=(0, 1, 2), wiring=wiring)
     body = SeparateHoppers(hoppers=3)
     together = live_of(SavedController.from_weights(three, np.array(gains), 8.0, body))
@@ -230,7 +230,7 @@ def test_the_phase_follows_the_clock_and_the_time_of_a_refused_step_is_not_lost(
 
 
 def test_an_interface_without_a_largest_force_is_asked_for_one():
-    system = System(controller=build("V-reflex-w8"), body=Interface(), omega=8.0)
+    system = System(controller=recipe("V-reflex-w8").controller(), body=Interface(), omega=8.0)
     saved = SavedController(system, np.array([SIGMA]))
     with pytest.raises(TegotaeError, match="give max_force_n"):
         live_of(saved)

@@ -11,8 +11,8 @@ import pytest
 from places import ROOT
 from programs import main
 from tegotae import TegotaeError
-from tegotae.systems.resolve import resolve
-from tegotae.systems.robot_file import is_robot_file, law_on_robot
+from tegotae.systems.env_documents import is_robot_file
+from tegotae.systems.resolve import law_on_robot, resolve
 
 pytest.importorskip("mujoco")
 from tegotae.envs import load_wiring

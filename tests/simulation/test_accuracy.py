@@ -17,7 +17,7 @@ from oracle import Flown, Law, Leg, fly, is_non_chaotic, learned_art, learned_si
 from tegotae import Controller, Hopper, Rollout, Scenario, Timing
 from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.simulation.rollout import Trajectory
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 WITHIN_M = {"float32": 1e-3, "float64": 2.5e-4}
 """Largest apex errors; in double precision, with the integrator's error alone, a quarter of the
@@ -87,7 +87,9 @@ def solved(actuation: str) -> list[tuple[Flown, bool]]:
 @pytest.mark.parametrize("actuation", ["sector", "reflex"])
 def test_vanilla_controllers(actuation, dtype):
     omega, sigma = np.array(CASES).T
-    out = simulate(build(f"V-{actuation}-w4"), sigma[:, None], Scenario(omega=omega), dtype)
+    out = simulate(
+        recipe(f"V-{actuation}-w4").controller(), sigma[:, None], Scenario(omega=omega), dtype
+    )
     errors = {
         case: worst_apex_error_m(out, lane, exact)
         for lane, (case, (exact, ordered)) in enumerate(zip(CASES, solved(actuation), strict=True))
@@ -106,7 +108,11 @@ def test_the_error_falls_with_the_tick():
     typical = []
     for tick_s in (0.004, 0.001):
         out = simulate(
-            build("V-reflex-w4"), sigma[:, None], Scenario(omega=omega), "float64", tick_s=tick_s
+            recipe("V-reflex-w4").controller(),
+            sigma[:, None],
+            Scenario(omega=omega),
+            "float64",
+            tick_s=tick_s,
         )
         errors = [
             worst_apex_error_m(out, lane, exact)
@@ -126,7 +132,7 @@ def test_the_ground_drops(actuation, dtype):
     omega, sigma = np.array(CASES).T
     drop = {"drop": 0.2, "drop_time": 10.0}
     scenario = Scenario(omega=omega, drop_m=0.2, drop_time_s=10.0)
-    out = simulate(build(f"V-{actuation}-w4"), sigma[:, None], scenario, dtype)
+    out = simulate(recipe(f"V-{actuation}-w4").controller(), sigma[:, None], scenario, dtype)
     compared = 0
     for lane in SOME:
         law, settings = (
@@ -160,7 +166,7 @@ def test_another_hopper_released_elsewhere(dtype):
     )
     omega, sigma = np.array(CASES).T
     scenario = Scenario(omega=omega, height_m=0.9, velocity_m_per_s=-0.5, phase_rad=2.0)
-    out = simulate(build("V-sector-w4"), sigma[:, None], scenario, dtype, body)
+    out = simulate(recipe("V-sector-w4").controller(), sigma[:, None], scenario, dtype, body)
     compared = 0
     for lane in SOME:
         law = vanilla(sigma[lane], "sector")
@@ -209,7 +215,7 @@ def solved_learned(name: str, seeds: tuple[int, ...]) -> list[tuple[Flown, bool]
 )
 def test_learned_controllers(name, seeds, dtype):
     weights = np.stack([random_weights(seed) for seed in seeds])
-    out = simulate(build(name), weights, Scenario(omega=6.0), dtype)
+    out = simulate(recipe(name).controller(), weights, Scenario(omega=6.0), dtype)
     for lane, (exact, ordered) in enumerate(solved_learned(name, seeds)):
         assert ordered, f"seed {seeds[lane]} was chosen for being non-chaotic"
         assert len(exact.apex_time) >= 3
@@ -218,7 +224,7 @@ def test_learned_controllers(name, seeds, dtype):
 
 
 def test_the_neurons_of_the_learned_controller_are_those_assumed():
-    terms = build("ART-rF-tphif-w8").terms
+    terms = recipe("ART-rF-tphif-w8").controller().terms
     assert tuple(terms[role].hidden for role in ("action", "reaction", "actuation")) == ART_NEURONS
 
 
@@ -269,7 +275,7 @@ def test_a_feed_forward_network_on_the_spring_force_hops_where_its_force_is_held
     integrator, tick_s, slope, climbs_m
 ):
     """4 tanh(slope N) newtons: in continuous time every hop would be lower than the one before."""
-    controller = build("T-F")
+    controller = recipe("T-F").controller()
     weights = np.zeros(controller.n_weights)
     weights[[0, 2]] = slope, 4.0
     timing = Timing(duration_s=60.0, tick_s=tick_s)

@@ -43,8 +43,8 @@ from tegotae.parts.terrains import Rough, Slope, Steps, Sum
 from tegotae.simulation import native
 from tegotae.simulation.integrators import Hold, Integrator, PredictorCorrector
 from tegotae.simulation.schedules import Staircase, Step
-from tegotae.systems.legged import SYSTEMS
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
+from tegotae.systems.vanilla import SYSTEMS
 from tegotae.training.run import train
 
 TICK_S = 0.002
@@ -82,7 +82,7 @@ class Case:
 
 def hopper(**parts: Any) -> Controller:
     """The vanilla hopper's controller with other parts."""
-    return dataclasses.replace(build("V-both-w4"), **parts)
+    return dataclasses.replace(recipe("V-both-w4").controller(), **parts)
 
 
 def feeling(**terms: Any) -> Controller:
@@ -93,7 +93,9 @@ def feeling(**terms: Any) -> Controller:
 
 def legs(actuation: Any = None, coupling: Any = None, limbs: int = 2) -> Controller:
     """Legs under a bar, or those of a walker."""
-    controller = dataclasses.replace(build("V-sector-w8"), limbs=limbs, coupling=coupling)
+    controller = dataclasses.replace(
+        recipe("V-sector-w8").controller(), limbs=limbs, coupling=coupling
+    )
     return controller if actuation is None else dataclasses.replace(controller, actuation=actuation)
 
 
@@ -124,14 +126,16 @@ CHANGES = {
     },
 }
 CASES: dict[str, Callable[[], Case]] = {
-    "ART": lambda: Case(build("ART")),
+    "ART": lambda: Case(recipe("ART").controller()),
     "quadruped-c": lambda: case_named("quadruped-c"),
-    "changes": lambda: Case(build("V-both-w4"), meets=lambda: CHANGES),
-    "another spring": lambda: Case(build("V-both-w4"), Hertz(), meets=lambda: CHANGES),
-    "hold": lambda: Case(build("ART"), integrator=Hold()),
+    "changes": lambda: Case(recipe("V-both-w4").controller(), meets=lambda: CHANGES),
+    "another spring": lambda: Case(
+        recipe("V-both-w4").controller(), Hertz(), meets=lambda: CHANGES
+    ),
+    "hold": lambda: Case(recipe("ART").controller(), integrator=Hold()),
     "hold on a bar": lambda: Case(legs(), BAR, integrator=Hold()),
     "blows, actuators, sensors": lambda: Case(
-        build("V-both-w4"),
+        recipe("V-both-w4").controller(),
         Blows(
             body=Actuators(
                 body=Sensors(body=Hopper(), delay_s=0.005, noise=0.05), strength=0.9, lag_s=0.01
@@ -153,10 +157,10 @@ CASES: dict[str, Callable[[], Case]] = {
         for name, oscillator in OSCILLATORS.items()
     },
     "clamped": lambda: Case(hopper(oscillator=Clamped(PhaseOscillator()))),
-    "no oscillator": lambda: Case(build("T-Fv")),
-    "AR and G": lambda: Case(build("ARGT-rFv-gFv-tphif-w8")),
-    "sector": lambda: Case(build("V-sector-w8")),
-    "reflex": lambda: Case(build("V-reflex-w8")),
+    "no oscillator": lambda: Case(recipe("T-Fv").controller()),
+    "AR and G": lambda: Case(recipe("ARGT-rFv-gFv-tphif-w8").controller()),
+    "sector": lambda: Case(recipe("V-sector-w8").controller()),
+    "reflex": lambda: Case(recipe("V-reflex-w8").controller()),
     "sector and reflex": lambda: Case(hopper(actuation=SectorAndReflex())),
     "wide network": lambda: Case(hopper(actuation=LearnedActuation(("phase", "feedback"), 24))),
     "offset action": lambda: Case(feeling(action=OffsetAction())),

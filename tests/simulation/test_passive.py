@@ -12,7 +12,7 @@ from tegotae import Hopper, TegotaeError
 from tegotae.measures.evaluation import Protocol, require_evaluable
 from tegotae.parts.parameters import traceable
 from tegotae.simulation.checks.passive import PassiveBodyWarning, check_passive, energy_of_drop
-from tegotae.systems.models import build, find
+from tegotae.systems.recipe import recipe
 
 TICK_S = 0.004
 
@@ -34,8 +34,10 @@ def test_the_energy_of_an_undamped_drop_stays_and_that_of_a_damped_one_goes():
 
 
 BEFORE = {
-    "training": lambda body: find("AR").experiment(budget=40, body=body).check(),
-    "evaluation": lambda body: require_evaluable(build("V-reflex-w8"), body, Protocol()),
+    "training": lambda body: recipe("AR").experiment(budget=40, body=body).check(),
+    "evaluation": lambda body: require_evaluable(
+        recipe("V-reflex-w8").controller(), body, Protocol()
+    ),
 }
 
 

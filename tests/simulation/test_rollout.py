@@ -15,11 +15,11 @@ import pytest
 from tegotae import Rollout, Scenario, TegotaeError, Timing
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.rollout import Trajectory
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 SHORT = Timing(duration_s=3.0)
-VANILLA = Rollout(controller=build("V-both-w4"), timing=SHORT)
-ART = Rollout(controller=build("ART"), timing=SHORT)
+VANILLA = Rollout(controller=recipe("V-both-w4").controller(), timing=SHORT)
+ART = Rollout(controller=recipe("ART").controller(), timing=SHORT)
 LANES = 8
 
 
@@ -106,7 +106,7 @@ def test_the_phase_advances_at_omega_without_feedback():
 
 
 def test_in_single_precision_the_phase_drifts_by_less_than_1e_4_rad_per_second():
-    rollout = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=60.0))
+    rollout = Rollout(controller=recipe("V-reflex-w8").controller(), timing=Timing(duration_s=60.0))
     out = rollout.run([[0.0]], Scenario(omega=8.0))
     drift = out.phase_rad - np.mod(8.0 * out.time_s.astype("float64"), 2 * np.pi)
     assert np.abs(np.angle(np.exp(1j * drift))).max() < 60.0 * 1e-4
@@ -167,7 +167,7 @@ def highest(trajectory, scenario, body, timing):
 
 def test_a_held_controller_agrees_at_short_ticks():
     timing = Timing(duration_s=1.0, tick_s=0.0001)
-    controller = build("V-reflex-w8")
+    controller = recipe("V-reflex-w8").controller()
     held = Rollout(controller=controller, timing=timing, integrator=Hold())
     exact = Rollout(controller=controller, timing=timing)
     first, second = (
@@ -278,7 +278,7 @@ ON_SO_MANY_CORES = """
 import sys
 import numpy as np
 from tegotae import Rollout, Scenario, Timing
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 from tegotae.training.algorithms import PGPE
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import System
@@ -286,7 +286,7 @@ from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.training.evolution import Stopping
-art = build("ART")
+art = recipe("ART").controller()
 weights = np.random.default_rng(0).normal(size=(150, art.n_weights))
 out = Rollout(controller=art, timing=Timing(duration_s=3.0)).run(weights, Scenario(omega=6.0))
 experiment = Experiment(

@@ -17,7 +17,7 @@ from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.simulation import xla
 from tegotae.simulation.loop import ClosedLoop
 from tegotae.simulation.rollout import as_lanes
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
 
 @pytest.fixture
@@ -28,7 +28,7 @@ def controller():
     class Own(PhaseOscillator):
         """The phase oscillator."""
 
-    return dataclasses.replace(build("V-reflex-w8"), oscillator=Own())
+    return dataclasses.replace(recipe("V-reflex-w8").controller(), oscillator=Own())
 
 
 @pytest.fixture

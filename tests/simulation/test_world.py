@@ -23,9 +23,9 @@ from tegotae.simulation.schedules import (
     TickClock,
 )
 from tegotae.simulation.world import with_changes
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 
-ROLLOUT = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=4.0))
+ROLLOUT = Rollout(controller=recipe("V-reflex-w8").controller(), timing=Timing(duration_s=4.0))
 MASSES = [0.08, 0.1, 0.12]
 
 
@@ -66,9 +66,9 @@ def test_a_step_ends():
 
 def test_a_staircase_leads_the_frequency_up():
     changes = {"omega": Staircase(step=[0.0, 2.0], dwell_s=1.0, levels=3)}
-    path = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=4.0)).run(
-        [0.0], Scenario(omega=5.0, changes=changes), dtype="float64"
-    )
+    path = Rollout(
+        controller=recipe("V-reflex-w8").controller(), timing=Timing(duration_s=4.0)
+    ).run([0.0], Scenario(omega=5.0, changes=changes), dtype="float64")
     turns = np.diff(np.unwrap(path.phase_rad, axis=0), axis=0) / 0.02
     np.testing.assert_allclose(turns[:, 0], 5.0, rtol=1e-6)
     for level, rate in enumerate((5.0, 7.0, 9.0, 9.0)):

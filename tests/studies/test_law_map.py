@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from tegotae.analysis.maps import OutcomeSummary
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 
 
 @pytest.mark.thorough
@@ -28,7 +28,7 @@ def test_a_small_map_is_whole_holds_tegotaes_law_and_is_measured_once(study, mon
     assert (vanilla.place_rad, vanilla.offset) == (0.0, 0.0)
     row = laws.Laws(*(np.array([vanilla[name]]) for name in laws.TITLES))
     weights = laws.weights_of("study", "load", row)
-    system = find("V-sector-w8").experiment().system
+    system = recipe("V-sector-w8").experiment().system
     package = system.rollout(OutcomeSummary()).run(weights[:, 2:3], system.scenario())
     ours = laws.measured("study", "load", row, np.zeros((1, 1)), 8.0, system.timing)
     assert ours["merit"] == pytest.approx(np.nan_to_num(package.cot_inverse), abs=1e-3)

@@ -14,7 +14,8 @@ from tegotae._support.tables import read_csv
 from tegotae.measures.fronts import front
 from tegotae.parts.bodies import Walker
 from tegotae.simulation.recorder import needing
-from tegotae.systems.legged import random_phases, system
+from tegotae.systems.legged import random_phases
+from tegotae.systems.vanilla import legged_named
 
 K, D, STANCE = 14.0, 0.9, 1.3
 TIME = (np.arange(4000) + 0.5) * STANCE / 4000
@@ -72,7 +73,7 @@ def _walk(path, scenario, body, timing):
 
 
 def test_walkers_of_any_gain_and_frequency_cost_more_than_is_proved():
-    legged = system("quadruped-c")
+    legged = legged_named("quadruped-c")
     lanes, rng = 64, np.random.default_rng(1)
     scenario = legged.scenario(random_phases(4, lanes))._replace(omega=rng.uniform(0.8, 5.0, lanes))
     timing = dataclasses.replace(legged.timing, duration_s=40.0, tick_s=0.0125, frame_s=0.05)

@@ -31,7 +31,7 @@ from research.tuning.spaces.population import evolved
 from tegotae import TegotaeError, Timing
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.simulation import native
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training import settings as configurations
 from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.algorithms import PGPE
@@ -52,7 +52,7 @@ optuna = pytest.importorskip("optuna")
 
 TINY = TuningTask(
     experiments=(
-        find("AR").experiment(
+        recipe("AR").experiment(
             budget=8,
             timing=Timing(duration_s=3.0, tick_s=0.004),
             objective=Fitness(settle_s=1.0),
@@ -364,7 +364,7 @@ def test_a_class_has_the_settings_of_the_command_line_by_default(algorithm):
 
 
 def test_a_run_in_python_learns_as_the_command_does():
-    assert Run(experiment=find("AR").experiment()).learner.algorithm == settings_named("pgpe")
+    assert Run(experiment=recipe("AR").experiment()).learner.algorithm == settings_named("pgpe")
     assert AgentLearner().settings == settings_named("sac")
 
 

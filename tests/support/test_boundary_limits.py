@@ -19,7 +19,7 @@ from tegotae.analysis.maps import axis, lanes
 from tegotae.figures.animation import animation_file, save_animation
 from tegotae.figures.style import literal_text, new_figure, save_figure, styled
 from tegotae.simulation.rollout import whole_trajectory
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 from tegotae.training.run import Run, train as train_run
 
 
@@ -59,17 +59,17 @@ def test_this_machine_has_some_memory():
 
 def test_rollouts_maps_and_trainings_are_told_before_they_take_memory(monkeypatch, tmp_path):
     monkeypatch.setattr(limits, "available_memory", lambda: 2.0**20)
-    rollout = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=2000.0))
+    rollout = Rollout(
+        controller=recipe("V-reflex-w8").controller(), timing=Timing(duration_s=2000.0)
+    )
     assert rollout.summary is whole_trajectory
     with pytest.raises(TegotaeError, match="a rollout of 3 lanes and 100000 frames would need"):
         rollout.run(np.ones((3, 1)), Scenario(omega=8.0))
     with pytest.raises(TegotaeError, match="2000 x 2000 rollouts would need"):
         lanes(np.zeros(2000), np.zeros(2000))
-    from tegotae.systems.models import find
-
     with pytest.raises(TegotaeError, match="32 episodes a generation, of 100 seeds"):
         train_run(
-            Run(experiment=find("ART").experiment(), seeds=tuple(range(100))), tmp_path / "out"
+            Run(experiment=recipe("ART").experiment(), seeds=tuple(range(100))), tmp_path / "out"
         )
     assert os.listdir(tmp_path) == []
 

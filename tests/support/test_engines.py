@@ -13,7 +13,7 @@ import tegotae
 from tegotae import Rollout, Scenario, TegotaeError, Timing
 from tegotae._support import engines
 from tegotae._support.engines import EngineWarning, selected
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run
 
@@ -81,7 +81,7 @@ def test_an_unknown_engine_is_refused_in_one_line(monkeypatch, one_line_error):
 )
 def test_without_a_tested_llvmlite_xla_runs_and_that_is_said_once(llvmlite, version, reason):
     llvmlite(version)
-    rollout = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=0.02))
+    rollout = Rollout(controller=recipe("V-reflex-w8").controller(), timing=Timing(duration_s=0.02))
     with pytest.warns(EngineWarning) as warned:
         assert rollout.run([2.0], Scenario(omega=8.0)).height_m.shape == (1, 1)
     (warning,) = warned

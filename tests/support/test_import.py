@@ -88,9 +88,9 @@ import json, os
 {first}
 import numpy as np
 from tegotae import Rollout, Scenario, Timing
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 before = dict(os.environ)
-rollout = Rollout(controller=build("V-reflex-w8"), timing=Timing(duration_s=0.1))
+rollout = Rollout(controller=recipe("V-reflex-w8").controller(), timing=Timing(duration_s=0.1))
 height = rollout.run([2.0], Scenario(omega=8.0)).height_m
 import jax
 assert dict(os.environ) == before

@@ -71,8 +71,8 @@ def test_a_file_in_the_locks_place_is_not_emptied(tmp_path):
 
 def test_agents_are_not_trained_in_a_folder_in_use(tmp_path):
     pytest.importorskip("stable_baselines3")
-    from tegotae.systems.models import find
+    from tegotae.systems.recipe import recipe
 
     with locked(tmp_path), pytest.raises(TegotaeError, match=f"at work in {tmp_path}; "):
-        train(Run(experiment=find("AR").experiment(), learner=AgentLearner()), tmp_path)
+        train(Run(experiment=recipe("AR").experiment(), learner=AgentLearner()), tmp_path)
     assert os.listdir(tmp_path) == [".lock"]

@@ -24,8 +24,8 @@ from tegotae.study import CellResult
 from tegotae.systems import controller_file, registry
 from tegotae.systems.controller_file import ControllerSet
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.models import find
-from tegotae.systems.user_objects import imported
+from tegotae.systems.recipe import recipe
+from tegotae.systems.registry import imported
 from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.run import Run, claim
 
@@ -34,7 +34,7 @@ PART = '''"""A hopper and how to learn, by a user."""
 from dataclasses import dataclass
 
 from tegotae import Hopper, Timing
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.parts.parameters import traceable
 from tegotae.training.algorithms import PGPE
 from tegotae.measures.objectives.fitness import Fitness
@@ -59,7 +59,7 @@ class Learns{number}(PGPE):
     NAME = "learns{number}"
 
 
-experiment = find("AR").experiment(
+experiment = recipe("AR").experiment(
     timing=Timing(duration_s=2.0, tick_s=0.004),
     objective=Fitness(settle_s=1.0),
     name="edited",
@@ -174,7 +174,7 @@ def test_of_another_kind_of_file_it_is_that_of_its_bytes(tmp_path):
 
 
 def test_the_packages_own_parts_are_described_without_a_hash():
-    experiment = find("ART").experiment()
+    experiment = recipe("ART").experiment()
     assert registry.CODE not in repr(experiment.document)
 
 

@@ -21,7 +21,7 @@ from tegotae._support.workplace import (
     earlier,
 )
 from tegotae.analysis.generalisation.run import generalise
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.collection import read_runs
 from tegotae.training.run import Run, train
@@ -70,7 +70,7 @@ def test_neither_do_a_multiverse_agents_or_training_on_an_environment(tmp_path, 
     )
     pytest.importorskip("stable_baselines3")
     with pytest.raises(TegotaeError, match="holds a study, and is not for a training"):
-        train(Run(experiment=find("AR").experiment(), learner=AgentLearner()), study)
+        train(Run(experiment=recipe("AR").experiment(), learner=AgentLearner()), study)
     pytest.importorskip("mujoco")
     words = ["train", "AR", "--env", "hopper", "--omega", "8", "--workers", "0"]
     assert "and is not for a training" in one_line_error(*words, "--out", str(study))
@@ -125,7 +125,7 @@ def test_so_does_a_tuning_unless_another_is_at_it(tmp_path):
     def configuration(name):
         return {
             "algorithm": "pgpe",
-            **TuningTask(experiments=(find(name).experiment(),)).configuration,
+            **TuningTask(experiments=(recipe(name).experiment(),)).configuration,
         }
 
     with (

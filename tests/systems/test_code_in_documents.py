@@ -20,12 +20,12 @@ from tegotae._support import documents
 from tegotae.envs import load_wiring
 from tegotae.envs.wiring import wiring_document
 from tegotae.parts.bodies import Body
-from tegotae.systems import controller_file, user_objects
-from tegotae.systems.body_file import body_text
+from tegotae.systems import controller_file, registry
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.descriptions import restore
-from tegotae.systems.legged import walker_of
+from tegotae.systems.parts_by_name import body_text
 from tegotae.systems.resolve import resolve
+from tegotae.systems.vanilla import walker_of
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import UserObjective
 from tegotae.training.settings import load_configuration
@@ -44,7 +44,7 @@ def place(tmp_path, monkeypatch):
     """The user's folder, with code of somebody else's in it, `evil.py`, which leaves `ran`."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
-    monkeypatch.setattr(user_objects, "_loaded", set())
+    monkeypatch.setattr(registry, "_loaded", set())
     monkeypatch.delitem(sys.modules, "evil", raising=False)
     Path("evil.py").write_text(CODE)
     Path("evil.py:run").touch()  # a file of this name makes a reference of no other
@@ -156,10 +156,10 @@ def test_code_of_a_file_runs_after_the_user_has_registered_it(name):
 
 
 def test_a_reference_that_the_user_named_is_of_no_other_object():
-    user_objects.load_object("evil.py:run", object, "function")
-    user_objects.require_named(f"{Path.cwd()}/evil.py:run", "leg.json")
+    registry.load_object("evil.py:run", object, "function")
+    registry.require_named(f"{Path.cwd()}/evil.py:run", "leg.json")
     with pytest.raises(TegotaeError, match=r"'evil\.py:stop'"):
-        user_objects.require_named("evil.py:stop", "leg.json")
+        registry.require_named("evil.py:stop", "leg.json")
 
 
 def test_a_registered_environment_and_a_model_are_data():

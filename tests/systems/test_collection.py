@@ -18,14 +18,14 @@ from tegotae.measures.objectives.fitness import Fitness, HoppingLegs
 from tegotae.simulation.world import Uniform
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import build, find
+from tegotae.systems.recipe import recipe
 from tegotae.training.collection import read_runs
 
 
 @pytest.fixture
 def folder(tmp_path) -> Path:
     """A folder of three controllers, one of them in a subfolder."""
-    controller = build("V-reflex-w8")
+    controller = recipe("V-reflex-w8").controller()
     (tmp_path / "more").mkdir()
     for gain, name in enumerate(("a", "b", "more/c"), 1):
         weights = np.array([float(gain)])
@@ -169,7 +169,7 @@ def leave(folder: Path, runs: tuple[int, ...] = (0, 1), **changed: Any):
     """Files of a training, a folder of them."""
     folder.mkdir(parents=True, exist_ok=True)
     overrides = {name: changed.pop(name) for name in OF_EXPERIMENT if name in changed}
-    experiment = find("V-reflex-w8").experiment(**overrides)
+    experiment = recipe("V-reflex-w8").experiment(**overrides)
     for seed in runs:
         saved = SavedController(
             experiment.system,

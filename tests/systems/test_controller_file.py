@@ -21,11 +21,12 @@ from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.walking import Walking
 from tegotae.parts.bodies import Bar, Interface, Walker
 from tegotae.parts.couplings import LearnedCoupling
+from tegotae.parts.fields import replace
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.world import Uniform
 from tegotae.systems.controller_file import SavedController, load, save
-from tegotae.systems.models import all_models, build
+from tegotae.systems.recipe import recipe, study_recipes
 from tegotae.systems.system import Release
 
 
@@ -40,7 +41,7 @@ def assert_same(first: SavedController, second: SavedController) -> None:
 
 
 def test_every_model_is_read_back_as_it_was_written(tmp_path):
-    for name in all_models():
+    for name in study_recipes():
         saved = example(name)
         save(saved, tmp_path / "controller.json")
         assert_same(saved, load(tmp_path / "controller.json"))
@@ -52,7 +53,7 @@ def test_what_no_model_of_the_study_has_is_read_back_too(tmp_path):
     limited = dataclasses.replace(saved.controller.tegotae, limit_rad_per_s=4.0)
     floored = PhaseOscillator(slowest_rad_per_s=0.5)
     controller = dataclasses.replace(saved.controller, oscillator=floored, tegotae=limited)
-    saved = dataclasses.replace(saved.replaced(controller=controller), name=None)
+    saved = dataclasses.replace(replace(saved, {"controller": controller}), name=None)
     save(saved, tmp_path / "controller.json")
     assert_same(saved, load(tmp_path / "controller.json"))
 
@@ -81,7 +82,7 @@ def test_the_file_is_plain_json_that_says_what_it_is(tmp_path):
 
 def test_weights_of_several_sets_and_a_coupling_come_back_in_their_order(tmp_path):
     controller = dataclasses.replace(
-        build("V-reflex-w8"), limbs=2, sharing=(0, 1), coupling=LearnedCoupling()
+        recipe("V-reflex-w8").controller(), limbs=2, sharing=(0, 1), coupling=LearnedCoupling()
     )
     saved = SavedController.from_weights(controller, np.arange(6.0), 8.0, Bar())
     save(saved, tmp_path / "controller.json")

@@ -1,36 +1,47 @@
-"""The grammar of learned controllers, one for the hopper's models and for designs of legs."""
+"""The grammar of recipes, one for the hopper and for legs."""
 
 from __future__ import annotations
 
 import hashlib
+import json
 
 import pytest
 
 from tegotae import TegotaeError
-from tegotae.systems.designs import all_designs, design
-from tegotae.systems.grammar import learned_terms
-from tegotae.systems.models import all_models, find
+from tegotae.systems.recipe import recipe, recipes_on_legs, study_recipes
+from tegotae.systems.term_sets import learned_terms
 
 
-def digest(designs) -> str:
+def digest(recipes) -> str:
     """A hash of names, and of the weights of each term."""
 
     def sizes(controller):
         return [(term, value.n_weights) for term, value in sorted(controller.terms.items())]
 
-    lines = [f"{name} {sizes(entry.controller())}" for name, entry in designs.items()]
+    lines = [f"{name} {sizes(entry.controller())}" for name, entry in recipes.items()]
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 
 def test_names_and_sizes_of_the_models_never_change():
-    assert digest(all_models()) == (
+    assert digest(study_recipes()) == (
         "ed78c52f01d5a0c3afa001027008c6357bc19f0139d65968e8954b8a73630454"
     )
 
 
 def test_names_and_sizes_of_the_listed_designs_never_change():
-    assert digest(all_designs()) == (
+    assert digest(recipes_on_legs()) == (
         "8abfd4c627359d884051166120817ce67c65599d2ab9cb7039b6f63314b87e03"
+    )
+
+
+def test_documents_of_recipes_never_change():
+    documents = {
+        name: entry.experiment().document
+        for name, entry in {**study_recipes(), **recipes_on_legs()}.items()
+    }
+    text = json.dumps(documents, sort_keys=True)
+    assert hashlib.sha256(text.encode()).hexdigest() == (
+        "b5a7c6567f224380863b122231101fabba839f0b0367bc5c9a77f106c43636b9"
     )
 
 
@@ -38,8 +49,8 @@ def test_names_and_sizes_of_the_listed_designs_never_change():
 def test_a_name_means_the_same_terms_for_the_hopper_and_for_legs(name):
     terms = learned_terms(name)
     assert terms is not None
-    assert find(name).terms == terms
-    assert design(f"{name}@plate-light-pitch").family.name == terms.name
+    assert recipe(name).terms == terms
+    assert recipe(f"{name}@plate-light-pitch").terms.name == terms.name
 
 
 @pytest.mark.parametrize(
@@ -51,24 +62,24 @@ def test_a_name_means_the_same_terms_for_the_hopper_and_for_legs(name):
     ],
 )
 def test_a_name_says_what_the_legs_sense(name, senses):
-    controller = design(name).controller()
+    controller = recipe(name).controller()
     assert controller.tegotae is not None
     assert controller.tegotae.reaction.reads == senses
-    assert set(senses) <= set(design(name).system.body.SENSES)
+    assert set(senses) <= set(recipe(name).system.body.SENSES)
 
 
 def test_an_observation_means_the_same_senses_on_every_body():
-    of_plate = design("R-rFv@plate-light-pitch").controller().terms
-    assert find("R-rFv").controller().terms["reaction"].reads == of_plate["reaction"].reads
+    of_plate = recipe("R-rFv@plate-light-pitch").controller().terms
+    assert recipe("R-rFv").controller().terms["reaction"].reads == of_plate["reaction"].reads
     with pytest.raises(TegotaeError, match="does not sense its load and the velocity of its hip"):
-        design("AR-rFv@quadruped-c").controller()
+        recipe("AR-rFv@quadruped-c").controller()
     with pytest.raises(TegotaeError, match="no observation is called 'Fx'"):
-        design("AR-rFx@quadruped-c").controller()
+        recipe("AR-rFx@quadruped-c").controller()
 
 
 def test_a_name_gives_its_terms_back():
-    for model in all_models().values():
-        if not model.is_single_network:
+    for model in study_recipes().values():
+        if model.omega_t is not None:
             assert learned_terms(model.terms.name) == model.terms
 
 

@@ -18,14 +18,15 @@ from programs import main
 from tegotae import Experiment, Rollout, Scenario, TegotaeError, Timing
 from tegotae.analysis.maps import map_basin
 from tegotae.analysis.orbit import find_orbit
+from tegotae.analysis.simulation import simulate
 from tegotae.envs import Limb, Wiring, check_wiring
 from tegotae.envs.settings import HopperSettings
 from tegotae.measures.hopping.gait import GaitSummary
+from tegotae.parts.fields import replace
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import build
-from tegotae.systems.simulation import simulate
-from tegotae.systems.user_objects import imported
+from tegotae.systems.recipe import recipe
+from tegotae.systems.registry import imported
 
 FILE = TESTS / "users" / "two_legs.py"
 EXPERIMENT = f"{FILE}:experiment"
@@ -88,7 +89,7 @@ def test_an_episode_of_training_starts_the_limbs_apart(experiment):
 )
 def test_a_start_that_the_body_cannot_take_is_refused(experiment, changed, message):
     with pytest.raises(TegotaeError, match=message):
-        experiment.replaced(**changed)
+        replace(experiment, changed)
 
 
 @pytest.mark.thorough
@@ -157,7 +158,7 @@ def test_metrics_of_a_rollout_are_refused_while_it_is_compiled(saved):
 def test_a_wrapper_has_a_unit_a_limb_of_its_own():
     import gymnasium
 
-    controller = dataclasses.replace(build("V-reflex-w8"), limbs=2, sharing=(0, 1))
+    controller = dataclasses.replace(recipe("V-reflex-w8").controller(), limbs=2, sharing=(0, 1))
     limb = Limb(senses={"spring_force": "x"}, drives="y")
     wiring = Wiring(limbs=[limb], weights=[2.0, 2.0], omega=8.0, controller=controller)
     problems = check_wiring(gymnasium.make("Pendulum-v1"), wiring, steps=0)

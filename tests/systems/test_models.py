@@ -11,10 +11,10 @@ import pytest
 
 from tegotae import Controller, Rollout, Scenario, TegotaeError, Timing
 from tegotae.parts.terms import Network, Signals
-from tegotae.systems.grammar import hidden_sizes
-from tegotae.systems.models import all_models, build, find
+from tegotae.systems.recipe import find_recipe, recipe, study_recipes
+from tegotae.systems.term_sets import hidden_sizes
 
-MODELS = all_models()
+MODELS = study_recipes()
 BUDGETS = (32, 96, 128, 1024, 4096)
 
 
@@ -25,10 +25,13 @@ def test_there_are_218_models():
 
 
 def test_the_design_is_a_full_factorial():
-    oscillating = [model for model in MODELS.values() if not model.is_single_network]
+    oscillating = [model for model in MODELS.values() if model.omega_t is not None]
     assert len(oscillating) == 216
     assert Counter(model.omega_t for model in oscillating) == {4.0: 108, 8.0: 108}
-    feedback = Counter((m.terms.action, m.terms.reaction, m.terms.gain) for m in oscillating)
+    feedback = Counter(
+        (m.learned_terms.action, m.learned_terms.reaction, m.learned_terms.gain)
+        for m in oscillating
+    )
     actuation = Counter(m.actuation for m in oscillating)
     assert len(feedback) == 18
     assert set(feedback.values()) == {12}
@@ -37,10 +40,10 @@ def test_the_design_is_a_full_factorial():
 
 
 def test_six_models_are_purely_vanilla_and_have_one_number_to_tune():
-    pure = [model for model in MODELS.values() if not model.is_trained]
+    pure = [model for model in MODELS.values() if model.controller().has_a_gain_alone]
     assert len(pure) == 6
     for model in pure:
-        assert model.architecture == "V"
+        assert model.terms.architecture == "V"
         assert model.controller().n_weights == 1
 
 
@@ -57,7 +60,7 @@ def test_learned_terms_are_the_networks_of_the_controller():
     for model in MODELS.values():
         terms = model.controller().terms
         networks = {roles[r] for r, term in terms.items() if isinstance(term, Network)}
-        assert networks == set(model.learned_terms), model.name
+        assert networks == set(model.terms.learned), model.name
 
 
 # Budgets.
@@ -66,7 +69,7 @@ def test_learned_terms_are_the_networks_of_the_controller():
 @pytest.mark.parametrize("budget", BUDGETS)
 def test_no_model_exceeds_the_budget_nor_wastes_what_one_more_neuron_could_use(budget):
     for model in MODELS.values():
-        if not model.is_trained:
+        if model.controller().has_a_gain_alone:
             continue
         controller = model.controller(budget)
         costs = [
@@ -89,7 +92,7 @@ def by_brute_force(costs: list[int], budget: int) -> tuple[int, int]:
 @pytest.mark.parametrize("n_inputs", [[1], [2], [2, 1], [2, 3], [2, 1, 3], [2, 2, 4], [4, 1, 1]])
 def test_hidden_sizes_use_the_budget_up_and_share_it_evenly(n_inputs, budget):
     costs = [n + 2 for n in n_inputs]
-    sizes = hidden_sizes(n_inputs, budget)
+    sizes = [*hidden_sizes("mine", {f"{i}": cost for i, cost in enumerate(costs)}, budget).values()]
     total = sum(h * cost for h, cost in zip(sizes, costs, strict=True))
     assert (total, min(sizes) - max(sizes)) == by_brute_force(costs, budget)
 
@@ -97,14 +100,14 @@ def test_hidden_sizes_use_the_budget_up_and_share_it_evenly(n_inputs, budget):
 @pytest.mark.parametrize("budget", [0, -96, 9.5, True])
 def test_a_budget_that_is_no_count_is_refused(budget):
     with pytest.raises(TegotaeError, match=r"budget is .* whole number") as raised:
-        hidden_sizes([2, 1], budget)
+        recipe("ART").controller(budget)
     assert "\n" not in str(raised.value)
 
 
 @pytest.mark.parametrize("name", ["ARGT-rFv-gFv-tphif-w8", "ART", "T-Fv"])
 def test_a_budget_too_small_for_a_neuron_each_is_refused(name):
     with pytest.raises(TegotaeError, match="too small") as raised:
-        build(name, budget=3)
+        recipe(name).controller(3)
     assert "\n" not in str(raised.value)
 
 
@@ -112,33 +115,31 @@ def test_a_budget_too_small_for_a_neuron_each_is_refused(name):
 
 
 def test_a_bare_architecture_names_its_plainest_member():
-    assert find("V").name == "V-reflex-w8"
-    assert find("ART").name == "ART-rF-tphif-w8"
-    assert find("ARGT").name == "ARGT-rF-gF-tphif-w8"
-    assert find("T").name == "T-F"
+    assert recipe("V").name == "V-reflex-w8"
+    assert recipe("ART").name == "ART-rF-tphif-w8"
+    assert recipe("ARGT").name == "ARGT-rF-gF-tphif-w8"
+    assert recipe("T").name == "T-F"
 
 
 def test_every_model_is_found_by_its_name():
-    assert all(find(name) is model for name, model in MODELS.items())
+    assert all(recipe(name) is model for name, model in MODELS.items())
 
 
 def test_a_model_may_be_trained_at_any_frequency():
-    assert find("ART-rF-tphif-w5").omega_t == 5.0
-    assert find("V-sector-w2.5+hopf").name == "V-sector-w2.5+hopf"
-    assert "ART-rF-tphif-w5" not in all_models()
+    assert recipe("ART-rF-tphif-w5").omega_t == 5.0
+    assert recipe("V-sector-w2.5+hopf").name == "V-sector-w2.5+hopf"
+    assert "ART-rF-tphif-w5" not in study_recipes()
     with pytest.raises(TegotaeError, match="omega is 0; it must be greater than 0"):
-        find("ART-rF-tphif-w0")
+        recipe("ART-rF-tphif-w0")
 
 
 @pytest.mark.parametrize("name", ["AR-w5", "v-sector-w4", "", "nonsense"])
 def test_an_unknown_name_is_refused_with_the_nearest_ones(name):
     with pytest.raises(TegotaeError, match=f"^no model is called {name!r}; ") as raised:
-        find(name)
+        recipe(name)
     assert "\n" not in str(raised.value)
     names = str(raised.value).split("; ")[1].rstrip("?").split(": ")[-1].split(", ")
-    assert {find(suggestion.removeprefix("did you mean ")).name for suggestion in names} <= set(
-        MODELS
-    )
+    assert all(find_recipe(suggestion.removeprefix("did you mean ")) for suggestion in names)
 
 
 # Every model runs.
@@ -175,7 +176,7 @@ def test_every_model_has_a_finite_feedback_and_a_force_within_the_actuators_limi
 
 def test_initial_weights_of_every_model_fit_it():
     for name in MODELS:
-        controller = build(name)
+        controller = recipe(name).controller()
         initial = jax.eval_shape(controller.initial, jax.random.key(0))
         assert initial.shape == (controller.n_weights,), name
 
@@ -193,7 +194,7 @@ def test_initial_weights_of_every_model_fit_it():
     ],
 )
 def test_a_model_of_each_kind_runs(name):
-    model = find(name)
+    model = recipe(name)
     controller = model.controller()
     keys = jax.random.split(jax.random.key(1), 4)
     weights = np.stack([controller.initial(key) for key in keys])

@@ -9,9 +9,9 @@ import pytest
 from scipy.integrate import odeint
 
 from tegotae import Hopper, System, TegotaeError, Timing
-from tegotae.systems.models import preset
-from tegotae.systems.simulation import simulate
+from tegotae.analysis.simulation import simulate
 from tegotae.systems.system import Release
+from tegotae.systems.vanilla import preset
 
 DURATION_S = 15.0
 

@@ -1,4 +1,4 @@
-"""One name, one meaning, whatever the question: models, designs, systems, files, own objects."""
+"""One name, one meaning, whatever the question: recipes, systems, files, own objects."""
 
 from __future__ import annotations
 
@@ -10,19 +10,20 @@ import pytest
 from tegotae import TegotaeError
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import find
-from tegotae.systems.resolve import resolve
+from tegotae.systems.recipe import recipe
+from tegotae.systems.resolve import Trained, Untrained, experiment_of, resolve
 from tegotae.training.collection import controller_of
 
 PARTS = """
 import numpy as np
 from tegotae import Experiment, System
-from tegotae.systems.models import build
+from tegotae.parts.fields import replace
+from tegotae.systems.recipe import recipe
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.resolve import legged_system as system
-hopper = System(controller=build("V-reflex-w8"), omega=8.0)
-training = Experiment(name="mine", system=System(controller=build("AR"), omega=8.0))
-several = [training, training.replaced(name="other")]
+hopper = System(controller=recipe("V-reflex-w8").controller(), omega=8.0)
+training = Experiment(name="mine", system=System(controller=recipe("AR").controller(), omega=8.0))
+several = [training, replace(training, {"name": "other"})]
 saved = SavedController(hopper, np.array([2.0]))
 robot = system("bar-light")
 wrong = 7
@@ -41,14 +42,14 @@ def parts_file(tmp_path_factory):
 def place(tmp_path, monkeypatch):
     """The working folder, with a controller file and a folder of two."""
     monkeypatch.chdir(tmp_path)
-    experiment = find("V-reflex-w8").experiment()
+    experiment = recipe("V-reflex-w8").experiment()
     for seed, path in enumerate(("one.json", "runs/a.json", "runs/b.json")):
         (tmp_path / path).parent.mkdir(exist_ok=True)
         saved = SavedController(
             experiment.system, np.array([2.0]), "mine", experiment, training={"seed": seed}
         )
         controller_file.save(saved, tmp_path / path)
-    (tmp_path / "plan.json").write_text(json.dumps(find("AR").experiment().document))
+    (tmp_path / "plan.json").write_text(json.dumps(recipe("AR").experiment().document))
     return tmp_path
 
 
@@ -90,9 +91,9 @@ def test_objects_of_a_users_file_mean_what_they_are(parts_file):
 
 
 def test_the_weights_of_a_model_are_in_the_folder_that_is_called_so(place):
-    assert resolve("AR").is_untrained
+    assert isinstance(resolve("AR"), Untrained)
     (place / "runs").rename(place / "AR")
-    assert not resolve("AR").is_untrained
+    assert isinstance(resolve("AR"), Trained)
     assert len(resolve("AR").controllers) == 2
 
 
@@ -119,7 +120,7 @@ def test_the_gain_of_a_pure_v_model_is_found_by_search():
         ("ART", "legs", "a gait command on a one-legged body: a Hopper has one leg"),
         ("AR@quadruped-c", "legs", "first: tegotae train AR-rF@quadruped-c --out FOLDER"),
         ("runs", "controller", "runs holds 2 controllers; name one of them, such as runs/a.json"),
-        ("quadruped-c", "experiment", "name a design upon it, such as AR@quadruped-c"),
+        ("quadruped-c", "experiment", "name terms upon it, such as AR@quadruped-c"),
         ("paper", "experiment", "paper is no experiment: it is a controller"),
         ("nowhere.json", "controller", "no controller file at nowhere.json"),
         ("OWN:hopper", "controller", "is a System, which has no weights"),
@@ -139,9 +140,9 @@ def test_what_a_question_cannot_use_is_refused_in_one_line(
 
 
 def test_a_budget_sizes_models_alone(place):
-    assert resolve("AR", budget=20).experiment().controller.n_weights <= 20
+    assert experiment_of("AR", budget=20).controller.n_weights <= 20
     with pytest.raises(TegotaeError, match="--budget sizes the networks of the paper's models"):
-        resolve("one.json", budget=20)
+        experiment_of("one.json", budget=20)
 
 
 def test_a_file_of_something_else_is_refused(place):

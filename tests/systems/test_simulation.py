@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 
 from tegotae import Hopper, Rollout, Scenario, System, TegotaeError, Timing
+from tegotae.analysis.simulation import EFFICIENCY, Result, simulate
 from tegotae.measures.hopping import gait
 from tegotae.measures.objectives.fitness import Fitness
-from tegotae.systems.models import build, preset
-from tegotae.systems.simulation import EFFICIENCY, Result, simulate
+from tegotae.parts.fields import replace
+from tegotae.systems.recipe import recipe
+from tegotae.systems.vanilla import preset
 
 TIMING = Timing(duration_s=4.0, tick_s=0.002, frame_s=0.01)
 PAPER = preset("paper")
@@ -29,7 +31,7 @@ def simulation(
     of_rollout = {"drop_m", "drop_time_s", "work", "measure_from_s", "dtype"} & changed.keys()
     rollout = {name: changed.pop(name) for name in of_rollout}
     system = System(controller=PAPER.controller(actuation), omega=PAPER.omega_rad_per_s)
-    return simulate(system.replaced(changed), np.atleast_1d(weights), timing, **rollout)
+    return simulate(replace(system, changed), np.atleast_1d(weights), timing, **rollout)
 
 
 def test_the_summary_is_json_and_lists_the_apexes_of_the_trajectory():
@@ -205,7 +207,7 @@ def test_a_number_too_large_for_single_precision_may_fit_into_double():
 
 
 def test_a_simulation_is_a_lane_of_the_engine():
-    controller = build("V-reflex-w8")
+    controller = recipe("V-reflex-w8").controller()
     alone = simulation(2.0, controller=controller)
     lanes = Rollout(controller=controller, timing=TIMING).run(
         np.array([[2.0], [3.0]]), Scenario(omega=PAPER.omega_rad_per_s)

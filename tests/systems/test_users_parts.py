@@ -25,15 +25,14 @@ from tegotae.measures.evaluation import evaluate
 from tegotae.measures.hopping import HOPPING
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.parts.bodies import Hopper, Sensors
-from tegotae.parts.fields import with_fields
+from tegotae.parts.fields import replace
 from tegotae.parts.parameters import Part, not_negative, positive
 from tegotae.parts.terms import Network, Term
 from tegotae.systems import controller_file, registry
 from tegotae.systems.descriptions import describe, restore
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.models import find
-from tegotae.systems.registry import kinds
-from tegotae.systems.user_objects import imported, load_object
+from tegotae.systems.recipe import recipe
+from tegotae.systems.registry import imported, kinds, load_object
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.collection import read_runs
 from tegotae.training.evolution import Evolution
@@ -100,7 +99,7 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 import conftest  # the tests' promotion rules: with others XLA may round otherwise
-from tegotae.systems.user_objects import imported
+from tegotae.systems.registry import imported
 parts = imported(sys.argv[1])
 from users_training import run_of
 from tegotae.training.run import train
@@ -134,10 +133,13 @@ def test_options_change_what_they_name_and_nothing_else(parts, tmp_path):
     (path,) = tmp_path.glob("mine-seed0.json")
     assert controller_file.load(path).body == parts.LoadedHopper(mass_kg=0.12)
     document = json.loads((tmp_path / "run.json").read_text())["configuration"]["experiment"]
-    expected = parts.experiment.replaced(
-        body=parts.LoadedHopper(mass_kg=0.12),
-        height_m=1.3,
-        protocol=dataclasses.replace(parts.experiment.protocol, release_m=1.3),
+    expected = replace(
+        parts.experiment,
+        {
+            "body": parts.LoadedHopper(mass_kg=0.12),
+            "height_m": 1.3,
+            "protocol": dataclasses.replace(parts.experiment.protocol, release_m=1.3),
+        },
     )
     assert Experiment.from_document(document) == expected
 
@@ -282,7 +284,7 @@ def test_a_learner_of_a_user_trains_resumes_and_ends_in_the_same_numbers(tmp_pat
     assert (np.diff(curves["fitness"].to_numpy().reshape(2, 3)) >= 0.0).all()
     kind = type(load_object(LEARNER, Learner, "algorithm"))
     run = Run(
-        experiment=find("AR").experiment(
+        experiment=recipe("AR").experiment(
             budget=12, timing=Timing(duration_s=2.0, tick_s=0.002), objective=Fitness(settle_s=0.5)
         ),
         learner=kind(rounds=3),
@@ -320,12 +322,12 @@ class Unregistered(Network):
 
 
 def test_a_part_that_is_not_registered_is_refused_before_the_training(tmp_path):
-    complete = find("AR").experiment()
+    complete = recipe("AR").experiment()
     reference = dataclasses.replace(
         complete.controller.tegotae, reaction=Unregistered(("spring_force",), 2)
     )
-    experiment = complete.replaced(
-        controller=dataclasses.replace(complete.controller, tegotae=reference)
+    experiment = replace(
+        complete, {"controller": dataclasses.replace(complete.controller, tegotae=reference)}
     )
     message = r"^a Unregistered cannot be saved: it is not registered; call tegotae\.register"
     with pytest.raises(TegotaeError, match=message):
@@ -358,12 +360,12 @@ def test_a_part_that_no_file_can_hold_is_refused_before_the_training(tmp_path, p
     kind = part.func if isinstance(part, partial) else part
     register(kind)
     try:
-        complete = find("AR").experiment()
+        complete = recipe("AR").experiment()
         reference = dataclasses.replace(
             complete.controller.tegotae, reaction=part(("spring_force",), 2)
         )
-        experiment = complete.replaced(
-            controller=dataclasses.replace(complete.controller, tegotae=reference)
+        experiment = replace(
+            complete, {"controller": dataclasses.replace(complete.controller, tegotae=reference)}
         )
         with pytest.raises(TegotaeError, match=says) as refusal:
             train(Run(experiment=experiment), tmp_path / "new")
@@ -374,7 +376,7 @@ def test_a_part_that_no_file_can_hold_is_refused_before_the_training(tmp_path, p
 
 
 def test_a_loop_of_ones_own_is_warned_that_it_could_not_save_what_it_learns():
-    complete = find("AR").experiment()
+    complete = recipe("AR").experiment()
     reference = dataclasses.replace(
         complete.controller.tegotae, reaction=Unregistered(("spring_force",), 2)
     )
@@ -382,7 +384,7 @@ def test_a_loop_of_ones_own_is_warned_that_it_could_not_save_what_it_learns():
     with pytest.warns(
         UserWarning, match=r"could not be saved: .*tegotae\.register\(Unregistered\)"
     ):
-        Evolution(algorithm=PGPE()).start(complete.replaced(controller=controller), [0])
+        Evolution(algorithm=PGPE()).start(replace(complete, {"controller": controller}), [0])
 
 
 def test_a_file_that_names_a_part_nobody_registered_is_refused_and_nothing_is_imported(trained):
@@ -458,7 +460,7 @@ def test_a_renamed_number_of_a_body_is_changed_under_its_earlier_name():
         drag_ns_per_m: float = kept_as("drag", 0.5)
 
     delayed = Sensors(body=Renamed())
-    assert with_fields(delayed, {"drag": 0.7}).body == Renamed(drag_ns_per_m=0.7)
+    assert replace(delayed, {"drag": 0.7}).body == Renamed(drag_ns_per_m=0.7)
 
 
 def test_what_is_no_part_cannot_be_registered():
@@ -562,14 +564,14 @@ def test_a_name_that_another_module_has_is_refused(tmp_path):
 
 def test_an_experiments_name_is_one_of_a_file():
     with pytest.raises(TegotaeError, match="its name may have letters"):
-        dataclasses.replace(find("AR").experiment(), name="../x")
+        dataclasses.replace(recipe("AR").experiment(), name="../x")
 
 
 def test_a_frequency_and_an_oscillator_go_together():
     with pytest.raises(TegotaeError, match=r"no oscillator, but omega is 8\.0 rad/s"):
-        find("T").experiment().replaced(omega=8.0)
+        replace(recipe("T").experiment(), {"omega": 8.0})
     with pytest.raises(TegotaeError, match="has an oscillator; give omega"):
-        find("AR").experiment().replaced(omega=None)
+        replace(recipe("AR").experiment(), {"omega": None})
 
 
 def test_a_class_stands_for_an_instance_with_its_defaults(parts):

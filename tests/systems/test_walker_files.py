@@ -9,9 +9,9 @@ from tegotae import TegotaeError, train
 from tegotae.cli import main
 from tegotae.parts.bodies import Sensors
 from tegotae.systems.controller_file import load
-from tegotae.systems.designs import design
-from tegotae.systems.legged import system
+from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import resolve
+from tegotae.systems.vanilla import legged_named
 
 HEXAPOD = """
 about = "a hexapod with the legs of set C"
@@ -38,14 +38,14 @@ def walker_file(tmp_path):
 
 
 def test_a_file_and_an_entry_of_the_package_with_the_same_numbers_are_the_same(walker_file):
-    assert system(str(walker_file)) == system("hexapod")
-    assert resolve(walker_file).legs() == system("hexapod")
+    assert legged_named(str(walker_file)) == legged_named("hexapod")
+    assert resolve(walker_file).legs() == legged_named("hexapod")
 
 
 def test_a_design_upon_it_has_the_name_of_the_file_without_its_folder(walker_file):
-    recipe = design(f"AR-w3@{walker_file}")
-    assert recipe.name == "AR-rF-w3@six"
-    assert recipe.experiment().system.body == system("hexapod").body
+    learned = recipe(f"AR-w3@{walker_file}")
+    assert learned.name == "AR-rF-w3@six"
+    assert learned.experiment().system.body == legged_named("hexapod").body
     assert resolve(f"AR@{walker_file}").experiment().name == "AR-rF@six"
     with pytest.raises(TegotaeError, match=f"first: tegotae train AR@{walker_file} --out"):
         resolve(f"AR@{walker_file}").controller()
@@ -53,15 +53,15 @@ def test_a_design_upon_it_has_the_name_of_the_file_without_its_folder(walker_fil
 
 def test_its_senses_can_be_late_and_noisy(walker_file):
     walker_file.write_text(HEXAPOD + "\n[senses]\ndelay_s = 0.1\nnoise = 0.05\n")
-    late = Sensors(body=system("hexapod").body, delay_s=0.1, noise=0.05)
-    assert system(str(walker_file)).body == late
+    late = Sensors(body=legged_named("hexapod").body, delay_s=0.1, noise=0.05)
+    assert legged_named(str(walker_file)).body == late
     walker_file.write_text(HEXAPOD + "\n[senses]\n")
-    assert system(str(walker_file)).body == Sensors(body=late.body)
+    assert legged_named(str(walker_file)).body == Sensors(body=late.body)
 
 
 @pytest.mark.thorough
 def test_late_senses_of_a_file_are_those_of_the_options(walker_file):
-    standard = system(str(walker_file))
+    standard = legged_named(str(walker_file))
     numbers = {"duration_s": 20.0, "phases": (0.0, 0.1, 0.3, 0.4, 0.6, 0.9)}
     options_frame = load(str(walker_file)).simulate(**numbers, delay_s=0.1, noise=0.05).table
     walker_file.write_text(HEXAPOD + "\n[senses]\ndelay_s = 0.1\nnoise = 0.05\n")
@@ -106,7 +106,7 @@ def test_a_command_takes_it_where_a_system_is_named(walker_file, capsys):
 def test_a_file_that_is_no_walker_is_refused_in_one_line(walker_file, old, new, message):
     walker_file.write_text(HEXAPOD.replace(old, new))
     with pytest.raises(TegotaeError, match="is no walker: ") as raised:
-        system(str(walker_file))
+        legged_named(str(walker_file))
     assert message in str(raised.value)
     assert "\n" not in str(raised.value)
 

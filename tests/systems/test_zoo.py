@@ -25,7 +25,7 @@ from tegotae.measures.evaluation import evaluate
 from tegotae.measures.statistics import mean_defined
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController, load
-from tegotae.systems.models import all_models
+from tegotae.systems.recipe import study_recipes
 from tegotae.systems.resolve import resolve
 from tegotae.systems.zoo import FOLDER, MOST_BYTES, open_zoo, studies, zoo_names
 from tegotae.training import collection
@@ -267,7 +267,7 @@ def test_the_package_has_fifteen_runs_of_the_papers_models():
     paper = studies()[0]
     assert paper.study == "paper"
     assert set(paper.models.values()) == {15}
-    assert list(paper.models) == [name for name in all_models() if name in paper.models]
+    assert list(paper.models) == [name for name in study_recipes() if name in paper.models]
     assert paper.software["engine"] == "native"
 
 
@@ -310,7 +310,7 @@ def test_the_zoos_controllers_are_the_runs_of_the_studys_table(study):
             np.testing.assert_allclose(stored, rows[of_table], rtol=1e-6, err_msg=model)
 
 
-LEARNED = [name for name, model in all_models().items() if model.learned_terms]
+LEARNED = [name for name, model in study_recipes().items() if model.terms.learned]
 
 
 @packaged

@@ -30,7 +30,7 @@ from tegotae.measures.objectives.fitness import Fitness  # noqa: E402
 from tegotae.parts.terms import Signals  # noqa: E402
 from tegotae.simulation.integrators import Hold  # noqa: E402
 from tegotae.systems import controller_file  # noqa: E402
-from tegotae.systems.models import find  # noqa: E402
+from tegotae.systems.recipe import recipe  # noqa: E402
 from tegotae.training.agents import (  # noqa: E402
     PPOSettings,
     SACSettings,
@@ -65,7 +65,7 @@ def _one_thread():
 
 
 def experiment(model="AR-rF-sector-w8"):
-    return find(model).experiment(timing=TIMING, objective=Fitness(settle_s=SETTLE_S))
+    return recipe(model).experiment(timing=TIMING, objective=Fitness(settle_s=SETTLE_S))
 
 
 def training(settings, model="AR-rF-sector-w8", **changes):
@@ -147,7 +147,7 @@ class TestPolicy:
         np.testing.assert_array_equal(feedback.flat(), weights)
 
     def test_starts_where_pgpe_starts(self):
-        model = find("AR-rF-sector-w8")
+        model = recipe("AR-rF-sector-w8")
         evolved = Evolution(algorithm=PGPE()).start(model.experiment(), [7]).best_weights[0]
         ours = initial_weights(agent_controller(model.experiment(), SAC), 7)
         np.testing.assert_allclose(ours, evolved, rtol=1e-6)
@@ -350,7 +350,7 @@ class TestBadInput:
         with pytest.raises(
             TegotaeError, match=f"{algorithm} has no meaning for {model}: .*{message}"
         ):
-            Run(experiment=find(model).experiment(), learner=agent)
+            Run(experiment=recipe(model).experiment(), learner=agent)
 
     @pytest.mark.parametrize(
         ("kind", "settings", "message"),

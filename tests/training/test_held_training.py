@@ -8,15 +8,16 @@ import pytest
 
 from tegotae import Experiment, TegotaeError
 from tegotae.api.experiments import adjusted
+from tegotae.parts.fields import replace
 from tegotae.simulation.integrators import Hold, PredictorCorrector
 from tegotae.simulation.rollout import Timing
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.run import Run
 from tegotae.training.scoring import evaluator_of
 
-CONTINUOUS = find("AR-rF-sector-w8").experiment()
-HELD = CONTINUOUS.replaced(integrator=Hold())
+CONTINUOUS = recipe("AR-rF-sector-w8").experiment()
+HELD = replace(CONTINUOUS, {"integrator": Hold()})
 
 
 def test_a_held_training_rolls_out_its_episodes_held():
@@ -43,13 +44,16 @@ def test_agents_learn_in_continuous_time_and_say_so():
 def test_the_gain_of_a_vanilla_controller_is_searched_held():
     from tegotae.training.scoring import best_gain
 
-    baseline = find("V-reflex-w8").experiment()
-    short = baseline.replaced(
-        timing=Timing(duration_s=6.0, tick_s=0.01),
-        objective=dataclasses.replace(baseline.objective, settle_s=2.0),
+    baseline = recipe("V-reflex-w8").experiment()
+    short = replace(
+        baseline,
+        {
+            "timing": Timing(duration_s=6.0, tick_s=0.01),
+            "objective": dataclasses.replace(baseline.objective, settle_s=2.0),
+        },
     )
     continuous, held = (
-        best_gain(short.replaced(integrator=integrator))
+        best_gain(replace(short, {"integrator": integrator}))
         for integrator in (PredictorCorrector(), Hold())
     )
     assert continuous[1] != held[1]

@@ -14,8 +14,9 @@ from scipy.stats import rankdata
 
 from tegotae import TegotaeError, Timing
 from tegotae.measures.objectives.fitness import Fitness
+from tegotae.parts.fields import replace
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 from tegotae.systems.system import System
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolution import Evolution, Stopping
@@ -169,7 +170,9 @@ def test_a_setting_out_of_range_is_refused(name, value):
 EXPERIMENT = Experiment(
     name="ar",
     system=System(
-        controller=build("AR-rF-reflex-w8", budget=32), omega=8.0, timing=Timing(duration_s=3.0)
+        controller=recipe("AR-rF-reflex-w8").controller(32),
+        omega=8.0,
+        timing=Timing(duration_s=3.0),
     ),
     objective=Fitness(settle_s=1.0),
 )
@@ -239,5 +242,5 @@ def test_the_curves_tell_the_state_of_every_seed():
 
 def test_an_episode_too_short_to_be_judged_is_refused():
     with pytest.raises(TegotaeError, match=r"^an episode of 4 s leaves less than 1 s") as raised:
-        EXPERIMENT.replaced(objective=Fitness(), timing=Timing(duration_s=4.0))
+        replace(EXPERIMENT, {"objective": Fitness(), "timing": Timing(duration_s=4.0)})
     assert "\n" not in str(raised.value)

@@ -21,7 +21,7 @@ from tegotae.measures.evaluation import Protocol
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.systems import controller_file
 from tegotae.systems.experiment import GAINS
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.training import run as training_run
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolution import Stopping
@@ -36,7 +36,7 @@ def test_a_controller_per_seed_is_returned_with_how_it_was_trained(tiny_training
     for seed, path in zip(tiny.SEEDS, paths, strict=True):
         saved = controller_file.load(path)
         assert saved.name == "ART-rF-tphif-w8"
-        assert saved.controller == find("ART").controller(20)
+        assert saved.controller == recipe("ART").controller(20)
         assert (saved.omega, saved.body) == (8.0, Hopper())
         assert saved.training["seed"] == seed
         assert saved.training["generations"] == tiny.GENERATIONS
@@ -207,7 +207,7 @@ OTHERS = {
     "timing.duration_s": tiny.changed(timing=Timing(duration_s=4.0, tick_s=0.002)),
     "objective.settle_s": tiny.changed(objective=Fitness(settle_s=0.5)),
     "objective.work": tiny.changed(objective=Fitness(settle_s=1.0, work="positive")),
-    "controller": tiny.changed(controller=find("ART").controller(30)),
+    "controller": tiny.changed(controller=recipe("ART").controller(30)),
     "omega": tiny.changed(omega=7.0),
     "body.mass_kg": tiny.changed(body=Hopper(mass_kg=0.2)),
     "release.height_m": tiny.changed(height_m=1.1),
@@ -228,7 +228,7 @@ def test_a_training_that_learned_nothing_does_not_claim_its_folder(tmp_path, mon
     with monkeypatch.context() as patch:
         patch.setattr("tegotae.training.evolution.Evolution.evolve", lambda *_, **__: interrupt())
         with pytest.raises(KeyboardInterrupt):
-            train(tiny.changed(controller=find("ART").controller(30)), tmp_path)
+            train(tiny.changed(controller=recipe("ART").controller(30)), tmp_path)
     assert list(tiny.contents(tmp_path)) == ["run.json"]
     train(tiny.RUN, tmp_path)
     assert tiny.learned(tmp_path)["configuration"] == tiny.RUN.configuration
@@ -326,7 +326,7 @@ def test_a_checkpoint_that_cannot_be_read_is_not_called_damaged(
 
 
 def test_a_vanilla_models_gain_is_the_fittest_of_the_grid(tmp_path):
-    experiment = find("V-sector-w4").experiment(**tiny.SETTINGS)
+    experiment = recipe("V-sector-w4").experiment(**tiny.SETTINGS)
     run = dataclasses.replace(tiny.RUN, experiment=experiment)
     paths = train(run, tmp_path)
     # A search has no randomness: it is one run, whatever the seeds.
@@ -378,11 +378,11 @@ def test_a_body_that_cannot_hop_is_refused_before_the_training(tmp_path, setting
 
 
 def test_a_run_of_defaults_is_the_papers():
-    run = Run(experiment=find("ART").experiment())
+    run = Run(experiment=recipe("ART").experiment())
     assert isinstance(run.learner.algorithm, PGPE)
     assert run.learner.stopping == Stopping()
     assert run.experiment.measure == Fitness(work="absolute", follow_omega=True)
-    alone = Run(experiment=find("T").experiment())
+    alone = Run(experiment=recipe("T").experiment())
     assert alone.experiment.measure == Fitness(follow_omega=False)
 
 

@@ -19,7 +19,7 @@ from tegotae.envs.env_spec import EnvSpec  # noqa: E402
 from tegotae.envs.settings import HopReward  # noqa: E402
 from tegotae.envs.wrapper import Pilot  # noqa: E402
 from tegotae.systems.controller_file import load  # noqa: E402
-from tegotae.systems.models import find  # noqa: E402
+from tegotae.systems.recipe import recipe  # noqa: E402
 from tegotae.training.agents import PPOSettings, SACSettings  # noqa: E402
 from tegotae.training.agents.learner import AgentLearner  # noqa: E402
 from tegotae.training.agents.learning import agent_task, make_agent  # noqa: E402
@@ -140,7 +140,7 @@ def leg():
     pytest.importorskip("mujoco")
     spec = EnvSpec(env="leg", settings=(("noise", 0.02),))
     settings = {"duration_s": 0.5, "episodes": 2, "omega": 12.0, "objective": Return()}
-    return EnvExperiment.of_model(find("AR"), spec, load_wiring("leg"), **settings)
+    return EnvExperiment.from_recipe(recipe("AR"), spec, load_wiring("leg"), **settings)
 
 
 def test_the_action_of_an_agent_is_the_feedback_of_its_controller_limb_by_limb(leg):

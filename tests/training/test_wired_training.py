@@ -26,7 +26,7 @@ from tegotae.envs.env_spec import EnvSpec
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 from tegotae.training.algorithms import PGPE, OpenES
 from tegotae.training.curves import read_curves
 from tegotae.training.environments.evaluator import SampleWarning, WorkerPool
@@ -254,7 +254,9 @@ def hops(**power_w) -> EpisodeBatch:
 def test_generations_draw_starts_that_their_candidates_share_and_the_centre_has_its_own_set():
     pytest.importorskip("mujoco")
     spec = EnvSpec(env="leg", settings=(("noise", 0.02),))
-    wiring = dataclasses.replace(load_wiring("leg").reading(build("V")), omega=8.0, weights=None)
+    wiring = dataclasses.replace(
+        load_wiring("leg").reading(recipe("V").controller()), omega=8.0, weights=None
+    )
     task = EnvExperiment(
         name="varied", spec=spec, wiring=wiring, objective=Return(), duration_s=0.1, seed=3
     )

@@ -13,6 +13,7 @@ from tegotae import Experiment, Hopper, System, Timing
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.fields import replace
 from tegotae.parts.maths import wrap_phase
 from tegotae.parts.oscillators import Oscillator
 from tegotae.parts.parameters import traceable
@@ -159,7 +160,7 @@ def make_experiment(name: str = "mine", **changes: Any) -> Experiment:
         undisturbed_s=2.0, disturbed_s=2.0, offsets=(0.0,), tick_s=0.004, clamped_phases=2
     )
     default = Experiment(name=name, system=system, objective=Height(), protocol=protocol)
-    return default.replaced(**changes)
+    return replace(default, changes)
 
 
 experiment = make_experiment()

@@ -8,14 +8,18 @@ from tegotae import Experiment, System, Timing
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.parts.bodies import Bar
 from tegotae.parts.couplings import LearnedCoupling
-from tegotae.systems.models import build
+from tegotae.systems.recipe import recipe
 from tegotae.systems.system import Release
 
 experiment = Experiment(
     name="two-legs",
     system=System(
         controller=dataclasses.replace(
-            build("ART", 20), limbs=2, sharing=(0, 1), wiring=(1, 0), coupling=LearnedCoupling()
+            recipe("ART").controller(20),
+            limbs=2,
+            sharing=(0, 1),
+            wiring=(1, 0),
+            coupling=LearnedCoupling(),
         ),
         omega=8.0,
         body=Bar(inertia_ratio=0.6),

@@ -7,7 +7,7 @@ import jax
 from tegotae import TegotaeError
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts import require_finite
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,5 +36,5 @@ class Jump(Objective):
         return trajectory.height_m[-frames:].max(axis=0)
 
 
-experiment = find("AR").experiment(budget=40, objective=Jump(), name="AR-jumps")
+experiment = recipe("AR").experiment(budget=40, objective=Jump(), name="AR-jumps")
 """What `tegotae train jump.py:experiment` trains."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from tegotae import Hopper
 from tegotae.parts.parameters import positive, traceable
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 
 
 @traceable
@@ -22,6 +22,6 @@ class RubberHopper(Hopper):
 
 
 experiment = dataclasses.replace(
-    find("AR").experiment(budget=40, body=RubberHopper()), name="AR-on-rubber"
+    recipe("AR").experiment(budget=40, body=RubberHopper()), name="AR-on-rubber"
 )
 """What `tegotae train rubber_hopper.py:experiment` trains: a model of the paper on this body."""

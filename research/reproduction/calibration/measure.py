@@ -26,7 +26,7 @@ from tegotae.measures.objectives.fitness import EPISODE, Fitness, HopOutcome
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
 from tegotae.simulation.rollout import Rollout, Scenario, Timing, Trajectory
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 
 ACTUATIONS = ("sector", "reflex")
 _PUSHES = ("feedback_rad_per_s", "actuator_force_n")
@@ -79,7 +79,7 @@ class FitnessMap(NamedTuple):
 
 def vanilla_controller(reading: Reading, actuation: str) -> Controller:
     """The vanilla controller under a reading."""
-    controller = find(f"V-{actuation}-w8").controller()
+    controller = recipe(f"V-{actuation}-w8").controller()
     return dataclasses.replace(controller, actuation=reading.actuation(controller.actuation))
 
 

@@ -13,8 +13,8 @@ from research.reproduction.options import HopperParameters
 from tegotae._support.limits import MOST_RAD_PER_S
 from tegotae.parts.oscillators import PHASE
 from tegotae.simulation.rollout import Timing
-from tegotae.systems.models import preset
-from tegotae.systems.resolve import oscillator_called
+from tegotae.systems.parts_by_name import oscillator_called
+from tegotae.systems.vanilla import preset
 
 if TYPE_CHECKING:
     from research.reproduction.ridge import Ridge

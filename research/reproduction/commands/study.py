@@ -21,7 +21,7 @@ from tegotae.cli.records import POSITIONAL
 from tegotae.measures.check import check
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.resolve import resolve
+from tegotae.systems.resolve import Untrained, experiment_of, resolve
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.settings import settings_named
 
@@ -36,7 +36,7 @@ def experiments_at(place: str) -> list[Experiment]:
         TegotaeError: if there are none, or they cannot be read.
     """
     resolved = resolve(place)
-    return list(resolved.experiments) or [resolved.experiment()]
+    return list(resolved.experiments) if isinstance(resolved, Untrained) else [experiment_of(place)]
 
 
 @dataclass(frozen=True, kw_only=True)

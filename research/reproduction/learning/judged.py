@@ -18,6 +18,7 @@ from tegotae.measures.hopping.metrics import HOPPING, Episode, GaitMetric
 from tegotae.measures.metric import Metric
 from tegotae.measures.statistics import UNBOUNDED, mean_defined
 from tegotae.parts.controller import Controller
+from tegotae.parts.fields import replace
 from tegotae.parts.held import with_held_feedback
 from tegotae.simulation.world import Scenario
 from tegotae.study import Arrays, CellResult
@@ -193,6 +194,6 @@ class EvaluatedRuns:
         """Judge them; a search has one run."""
         experiment, record = self.record.experiment, self.record
         protocol = dataclasses.replace(experiment.protocol, **self._changed)
-        experiment = experiment.replaced(protocol=protocol)
+        experiment = replace(experiment, {"protocol": protocol})
         weights = record.weights[:1] if experiment.is_searched else record.weights
         return CellResult(self.document, record.software, judge_runs(experiment, weights))

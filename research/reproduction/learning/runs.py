@@ -18,8 +18,8 @@ from tegotae._support import tables
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.statistics import mean_defined
 from tegotae.study import Arrays
-from tegotae.systems.laws import short_law
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
+from tegotae.systems.term_sets import ShortLaw
 
 DESIGN = ("model", "architecture", "senses", "drive", "omega_t")
 LAW = "law"
@@ -67,10 +67,11 @@ def run_rows(cell: EvaluatedRuns, arrays: Arrays) -> pd.DataFrame:
 
 
 def _design(record: Record) -> dict[str, object]:
-    if law := short_law(record.model):
-        keys = record.model, LAW, "F", law.law, law.omega_t
+    trained = recipe(record.model)
+    if isinstance(trained.terms, ShortLaw):
+        keys = record.model, LAW, "F", trained.terms.name, trained.omega_t
     else:
-        model = design_place(find(record.model))
+        model = design_place(trained)
         drive = DRIVES.get(model["actuation"], "")
         keys = (
             *(record.model, model["architecture"], model["observation"]),

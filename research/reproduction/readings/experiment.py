@@ -8,14 +8,15 @@ from research.reproduction.readings.readings import Reading
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.hopping.hopping import LimitCycle
 from tegotae.measures.objectives.fitness import EPISODE, SETTLE_S, Fitness
+from tegotae.parts.fields import replace
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.models import Model
+from tegotae.systems.recipe import Recipe
 
 
 def experiment_under(
     reading: Reading,
-    model: Model,
+    model: Recipe,
     *,
     timing: Timing = EPISODE,
     settle_s: float = SETTLE_S,
@@ -31,8 +32,8 @@ def experiment_under(
         protocol: of the evaluation; drop, release, work and tolerances are the reading's.
 
     Example:
-        >>> from tegotae.systems.models import find
-        >>> experiment_under(Reading(mass_kg=0.2), find("ART")).body.mass_kg
+        >>> from tegotae.systems.recipe import recipe
+        >>> experiment_under(Reading(mass_kg=0.2), recipe("ART")).body.mass_kg
         0.2
     """
     hopper, protocol = reading.hopper, protocol or Protocol()
@@ -66,4 +67,4 @@ def experiment_under(
     actuation = reading.actuation(controller.actuation)
     if actuation == controller.actuation:
         return experiment
-    return experiment.replaced(controller=dataclasses.replace(controller, actuation=actuation))
+    return replace(experiment, {"controller": dataclasses.replace(controller, actuation=actuation)})

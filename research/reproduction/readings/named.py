@@ -10,6 +10,7 @@ from research.reproduction.options import HopperParameters
 from tegotae._support import documents
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae.api.experiments import adjusted, with_parts
+from tegotae.parts.fields import replace
 from tegotae.systems.experiment import Experiment
 
 STUDY, CALIBRATED = "study", "calibrated"
@@ -77,7 +78,9 @@ class ReadingOptions(HopperParameters):
             TegotaeError: for a frequency that is none.
 
         Example:
-            >>> whole = [find(name).experiment() for name in ("V-sector-w4", "V-sector-w8", "T-Fv")]
+            >>> from tegotae.systems.recipe import recipe
+            >>> names = ("V-sector-w4", "V-sector-w8", "T-Fv")
+            >>> whole = [recipe(name).experiment() for name in names]
             >>> [each.name for each in ReadingOptions(omega_t=(3.0,)).at_frequencies(whole)]
             ['V-sector-w3', 'T-Fv']
         """
@@ -110,7 +113,7 @@ class ReadingOptions(HopperParameters):
 def _with_omega(experiment: Experiment, omega: float) -> Experiment:
     """The experiment of a model at another frequency ω_t [rad/s]."""
     model, _, _ = experiment.name.rpartition("-w")
-    return experiment.replaced(name=f"{model}-w{omega:g}", omega=omega)
+    return replace(experiment, {"name": f"{model}-w{omega:g}", "omega": omega})
 
 
 _PARTS = ("body", "fitness", "oscillator")

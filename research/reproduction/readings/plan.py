@@ -22,7 +22,7 @@ from tegotae.measures.evaluation import Protocol
 from tegotae.measures.objectives.fitness import EPISODE, SETTLE_S
 from tegotae.simulation.rollout import Timing
 from tegotae.systems.descriptions import describe
-from tegotae.systems.models import Model, find
+from tegotae.systems.recipe import Recipe, recipe
 from tegotae.training.algorithms import Algorithm, algorithm_document
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run
@@ -81,13 +81,13 @@ class Multiverse:
             require_count(name, getattr(self, name), most=MOST_SEEDS)
         design_named(self.design).readings(self.readings)
         for name in self.models:
-            find(name)
+            recipe(name)
 
     @property
     def by_reading(self) -> list[tuple[Reading, dict[str, Unit]]]:
         """Every reading with its units, by the name of the model."""
         return [
-            (reading, {name: self._unit(find(name), reading) for name in self.models})
+            (reading, {name: self._unit(recipe(name), reading) for name in self.models})
             for reading in design_named(self.design).readings(self.readings)
         ]
 
@@ -100,7 +100,7 @@ class Multiverse:
             first.setdefault(unit.run.learner.program(unit.run.experiment), i)
         return sorted(units, key=lambda unit: first[unit.run.learner.program(unit.run.experiment)])
 
-    def _unit(self, model: Model, reading: Reading) -> Unit:
+    def _unit(self, model: Recipe, reading: Reading) -> Unit:
         algorithm, stopping = self._training(reading.episodes)
         experiment = experiment_under(
             reading, model, timing=self.timing, settle_s=self.settle_s, protocol=self.protocol

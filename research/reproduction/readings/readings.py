@@ -14,7 +14,7 @@ from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.measures.hopping.signals import check_work
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.terms import Actuation, with_vanilla_settings
-from tegotae.systems.grammar import BUDGET
+from tegotae.systems.term_sets import BUDGET
 
 PLATEAU = math.inf
 """A training budget without a number: until training has converged."""

@@ -26,7 +26,7 @@ from research.reproduction.claims.findings import (
     margin_of,
 )
 from research.reproduction.table import StudyTable, design_place
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 
 CLAIMS: tuple[AtomicClaim, ...] = tuple(
     claim
@@ -76,7 +76,7 @@ def findings_by_reading(
 def _models_of(claim: AtomicClaim, models: Iterable[str]) -> set[str]:
     """Return the models that a claim is about."""
     compared = groups_of_effect(claim.effect)
-    places = {name: design_place(find(name)) for name in models}
+    places = {name: design_place(recipe(name)) for name in models}
     return {
         name
         for name, place in places.items()

@@ -68,8 +68,9 @@ class OutcomeSummary:
     Example:
         >>> import numpy as np
         >>> from tegotae import Rollout, Scenario
-        >>> from tegotae.systems.models import build
-        >>> rollout = Rollout(controller=build("V-reflex-w8"), summary=OutcomeSummary())
+        >>> from tegotae.systems.recipe import recipe
+        >>> reflex = recipe("V-reflex-w8").controller()
+        >>> rollout = Rollout(controller=reflex, summary=OutcomeSummary())
         >>> found = rollout.run(np.array([[2.0]]), Scenario(omega=8.0))
         >>> f"{found.winding_ratio[0]:.3f} turns a hop"
         '1.000 turns a hop'
@@ -236,8 +237,9 @@ def sweep_gain(
         TegotaeError: for a controller that has other weights than σ, or an unknown work.
 
     Example:
-        >>> from tegotae.systems.models import build
-        >>> sweep = sweep_gain(build("V-sector-w4"), np.array([0.0, 3.0]), np.array([5.0]))
+        >>> from tegotae.systems.recipe import recipe
+        >>> sector = recipe("V-sector-w4").controller()
+        >>> sweep = sweep_gain(sector, np.array([0.0, 3.0]), np.array([5.0]))
         >>> sweep.outcome.phase_rate[0].round(3)  # σ = 0: the oscillator runs at ω
         array([5.], dtype=float32)
     """
@@ -305,8 +307,9 @@ def map_basin(
         TegotaeError: for values that the rollout refuses, or a body of several limbs.
 
     Example:
-        >>> from tegotae.systems.models import build
-        >>> saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
+        >>> from tegotae.systems.recipe import recipe
+        >>> reflex = recipe("V-reflex-w8").controller()
+        >>> saved = SavedController.from_weights(reflex, np.array([2.0]), 8.0)
         >>> found = map_basin(saved, np.array([1.1, 1.2]), np.array([0.0, 3.0]))
         >>> found.cycles[["hops", "turns", "share"]].values.tolist()
         [[1.0, 1.0, 1.0]]

@@ -99,7 +99,7 @@ def find_orbit(
     """Release a system, let it settle, and return its last limit cycle.
 
     Args:
-        saved: the system and its weights; `saved.replaced(height_m=...)` is released elsewhere.
+        saved: the system and its weights; `replace(saved, {"height_m": 1.1})` is released lower.
         settle_s: simulated time in which to settle [s].
         tick_s: control period in continuous time, and the time between samples [s]; what is held
             over its control period keeps that.
@@ -110,8 +110,9 @@ def find_orbit(
             multiple.
 
     Example:
-        >>> from tegotae.systems.models import build
-        >>> saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
+        >>> from tegotae.systems.recipe import recipe
+        >>> reflex = recipe("V-reflex-w8").controller()
+        >>> saved = SavedController.from_weights(reflex, np.array([2.0]), 8.0)
         >>> found = find_orbit(saved)
         >>> found.hops, round(found.period_s, 3)
         (1, 0.846)
@@ -191,8 +192,9 @@ def release_paths(
         TegotaeError: for a body that is no hopper, or a release that is not finite.
 
     Example:
-        >>> from tegotae.systems.models import build
-        >>> saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
+        >>> from tegotae.systems.recipe import recipe
+        >>> reflex = recipe("V-reflex-w8").controller()
+        >>> saved = SavedController.from_weights(reflex, np.array([2.0]), 8.0)
         >>> release_paths(saved, np.array([1.1, 1.3]), duration_s=1.0).height_m.shape
         (100, 2)
     """

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tegotae._support.limits import MOST_WEIGHTS
 from tegotae._support.progress import reporting
 from tegotae.analysis.explanation import (
     SPREAD_M,
@@ -24,9 +25,11 @@ from tegotae.analysis.explanation import (
 )
 from tegotae.measures.objectives.fitness import EPISODE
 from tegotae.parts.controller import Controller
+from tegotae.parts.fields import replace
 from tegotae.parts.maths import TWO_PI
 from tegotae.parts.terms import (
     DecayingReaction,
+    FreeSector,
     FreeSectorAndReflex,
     OffsetAction,
     ReversingReaction,
@@ -40,7 +43,8 @@ from tegotae.parts.terms import (
 from tegotae.simulation.world import Uniform
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.laws import LAWS, LawForm
+from tegotae.systems.term_sets import LAWS, ShortLaw
+from tegotae.systems.vanilla import PRESETS
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolution import Evolution, Stopping
 
@@ -57,19 +61,23 @@ _REACTIONS: dict[str, Term] = {
 }
 
 
-def forms_of_a_leg() -> dict[str, LawForm]:
+def forms_of_a_leg() -> dict[str, ShortLaw]:
     """The library of one leg by name: short laws, with a second harmonic, and with a reflex."""
-    forms = {name: LAWS[name] for name in ("clock", "load", "tuned")}
+    forms = [LAWS["clock"], LAWS["load"], LAWS["tuned"]]
     for name, reaction in _REACTIONS.items():
         for suffix, action in (("", OffsetAction()), ("+harmonic", TwoHarmonicsAction())):
-            forms[name + suffix] = LawForm("", action, reaction)
-            forms[f"{name}{suffix}+reflex"] = LawForm("", action, reaction, reflex=True)
-    return forms
+            for reflex, push in (("", FreeSector()), ("+reflex", FreeSectorAndReflex())):
+                form = ShortLaw(name=f"{name}{suffix}{reflex}", action=action, reaction=reaction)
+                forms.append(dataclasses.replace(form, actuation=push))
+    return {form.name: form for form in forms}
 
 
-def forms_of_legs() -> dict[str, LawForm]:
+def forms_of_legs() -> dict[str, ShortLaw]:
     """The library of several legs by name: their action has a place, and their feet stay."""
-    return {name: LawForm("", OffsetAction(), reaction) for name, reaction in _REACTIONS.items()}
+    return {
+        name: ShortLaw(name=name, action=ShiftedAction(), reaction=reaction)
+        for name, reaction in _REACTIONS.items()
+    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,7 +204,7 @@ def training_of(saved: SavedController, controller: Controller) -> Experiment:
         drawn += [Uniform("height_m", low=height_m - SPREAD_M, high=height_m + SPREAD_M)]
     names = {condition.name for condition in experiment.conditions}
     conditions = (*experiment.conditions, *(x for x in drawn if x.name not in names))
-    return experiment.replaced(name="form", controller=controller, conditions=conditions)
+    return replace(experiment, {"name": "form", "controller": controller, "conditions": conditions})
 
 
 def starting_forms(
@@ -208,15 +216,12 @@ def starting_forms(
         saved: the controller.
         visited: its curves, set of weights by set.
     """
-    original = saved.controller
+    original, forms, system = saved.controller, forms_of_legs(), saved.system
     if original.limbs == 1:
-        forms = {name: (form, form.on_a_leg()) for name, form in forms_of_a_leg().items()}
-    else:
-        forms = {
-            name: (form, form.on_legs(original, 1.0)) for name, form in forms_of_legs().items()
-        }
+        forms, system = forms_of_a_leg(), PRESETS["paper"].system("sector")
     results = {}
-    for name, (_, controller) in forms.items():
+    for name, form in forms.items():
+        controller = form.controller(system, MOST_WEIGHTS)
         units = [_numbers(controller, v) for v in visited[: controller.sets]]
         if original.limbs > 1:  # their feet and what couples them stay as they are
             n, first = original.unit_weights, original.layout["actuation"].start

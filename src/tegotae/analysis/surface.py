@@ -71,8 +71,9 @@ def actuation_surface(
             forces that are negative or beyond those of a leg of no length, or a policy that fails.
 
     Example:
-        >>> from tegotae.systems.models import build
-        >>> saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
+        >>> from tegotae.systems.recipe import recipe
+        >>> reflex = recipe("V-reflex-w8").controller()
+        >>> saved = SavedController.from_weights(reflex, np.array([2.0]), 8.0)
         >>> found = actuation_surface(saved, np.array([0.0, 1.0]), columns=3)  # φ = 0, π, 2π
         >>> found.actuator_force_n[1].round(6)  # -min(0, -σ cos φ F_k)
         array([2., 0., 2.])

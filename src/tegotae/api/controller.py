@@ -20,10 +20,10 @@ from tegotae.api.parameters import Values, filled, in_shell
 from tegotae.api.results import Column, EvaluationTable, Recording, Table
 from tegotae.measures.metric import Catalogue, Metric
 from tegotae.parts.bodies import Body
+from tegotae.parts.fields import replace
 from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.legged import Legged
-from tegotae.systems.registry import register
-from tegotae.systems.user_objects import is_reference, load_object
+from tegotae.systems.registry import is_reference, load_object, register
 
 if TYPE_CHECKING:
     from tegotae.analysis.generalisation.disturbances import Tested
@@ -167,7 +167,7 @@ class LoadedController:
 
     def on(self, body: Body) -> Self:
         """Return the same controllers on another body."""
-        return dataclasses.replace(self, runs=self.runs.replaced(body=body))
+        return dataclasses.replace(self, runs=replace(self.runs, {"body": body}))
 
     @property
     def name(self) -> str:

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 from tegotae._support.errors import MissingExtraError, TegotaeError, require_all
 from tegotae.api.controller import LoadedController, Subject
 from tegotae.parts.bodies import Body, Interface
-from tegotae.systems.body_file import body_called
 from tegotae.systems.controller_file import ControllerSet
-from tegotae.systems.env_task import extras_of
+from tegotae.systems.env_documents import extras_of
 from tegotae.systems.legged import Legged, settling
-from tegotae.systems.resolve import resolve
+from tegotae.systems.parts_by_name import body_called
+from tegotae.systems.resolve import Trained, resolve
 from tegotae.training.collection import named_sets, sets_of
 
 if TYPE_CHECKING:
@@ -169,10 +169,11 @@ def _loaded(names: Sequence[Any]) -> list[LoadedController]:
             legs[place] = getattr(name, "legged", None)
             continue
         subject = resolve(name)
-        for environment in [saved.task.env for _, saved in subject.controllers if saved.task]:
+        controllers = subject.controllers if isinstance(subject, Trained) else ()
+        for environment in [saved.task.env for _, saved in controllers if saved.task]:
             require_all(extras_of(environment))
         sets += [(subject.name, runs) for runs in sets_of(subject)]
-        legs[subject.name] = subject.legged
+        legs[subject.name] = subject.legged if isinstance(subject, Trained) else None
     return [
         _controller(runs, legs[place], place)
         for place, runs in _with_distinct_names(named_sets(sets))

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.tables import parse_number
@@ -12,15 +11,16 @@ from tegotae.api.parameters import HIDDEN, Values, filled
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
+from tegotae.parts.fields import replace, value_of
 from tegotae.parts.terms import with_vanilla_settings
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.world import Condition, OneOf, Uniform
-from tegotae.systems.body_file import body_called
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.grammar import BUDGET
-from tegotae.systems.models import all_models, find
-from tegotae.systems.resolve import oscillator_called, resolve
-from tegotae.systems.user_objects import is_reference, load_object
+from tegotae.systems.parts_by_name import body_called, oscillator_called
+from tegotae.systems.recipe import recipe, study_recipes
+from tegotae.systems.registry import is_reference, load_object
+from tegotae.systems.resolve import experiment_of
+from tegotae.systems.term_sets import BUDGET
 
 _HOW = (
     "write NAME=LOW:HIGH, NAME=VALUE/VALUE or, limb by limb, NAME=1,1/0,1, and @FROM:UNTIL behind "
@@ -61,11 +61,23 @@ def _condition(text: str) -> Condition:
         raise TegotaeError(f"vary: {text} is no condition; {_HOW}") from None
 
 
-_OF_HOPPERS = (
-    *("drop_m", "work", "tuned_over"),
-    *("sector_start_rad", "sector_duration_s", "newtons_per_feedback"),
-)
-"""Options of an experiment on a body with one leg alone."""
+_FIELDS = {
+    "height_m": "height_m",
+    "duration_s": "timing.duration_s",
+    "tick_s": "timing.tick_s",
+    "episodes_per_candidate": "episodes",
+    "fitness": "objective",
+    "body": "body",
+}
+"""Fields of an experiment by the options that set them."""
+_FIELDS_OF_HOPPERS = {
+    "drop_m": "protocol.drop_m",
+    "work": "protocol.work",
+    "tuned_over": "search_offsets",
+}
+"""The same on a body with one leg alone."""
+_VANILLA = ("sector_start_rad", "sector_duration_s", "newtons_per_feedback")
+"""Options of a vanilla actuation on a body with one leg."""
 
 
 def option_defaults(experiment: Experiment) -> Values:
@@ -75,24 +87,17 @@ def option_defaults(experiment: Experiment) -> Values:
         experiment: the experiment.
 
     Example:
-        >>> option_defaults(find("ART").experiment())["drop_m"]
+        >>> option_defaults(recipe("ART").experiment())["drop_m"]
         0.2
     """
-    values: dict[str, Any] = {
+    several = experiment.body.limbs > 1
+    fields = _FIELDS if several else _FIELDS | _FIELDS_OF_HOPPERS
+    return {
         "": experiment.name,
-        "height_m": experiment.system.release.height_m,
-        "duration_s": experiment.timing.duration_s,
-        "tick_s": experiment.timing.tick_s,
         "hold": isinstance(experiment.system.integrator, Hold),
-        "episodes_per_candidate": experiment.episodes,
-        "fitness": experiment.objective,
-        "body": experiment.body,
+        **{option: value_of(experiment, path) for option, path in fields.items()},
+        **(dict.fromkeys((*_FIELDS_OF_HOPPERS, *_VANILLA), HIDDEN) if several else {}),
     }
-    if experiment.body.limbs > 1:
-        return values | dict.fromkeys(_OF_HOPPERS, HIDDEN)
-    protocol = experiment.protocol
-    further = {"drop_m": protocol.drop_m, "work": protocol.work}
-    return values | further | {"tuned_over": experiment.search_offsets}
 
 
 def adjusted(experiment: Experiment, options: Mapping[str, Any]) -> Experiment:
@@ -106,7 +111,7 @@ def adjusted(experiment: Experiment, options: Mapping[str, Any]) -> Experiment:
         TegotaeError: for an option that it does not have, or values that do not fit together.
 
     Example:
-        >>> adjusted(find("ART").experiment(), {"body": {"mass_kg": 0.2}}).body.mass_kg
+        >>> adjusted(recipe("ART").experiment(), {"body": {"mass_kg": 0.2}}).body.mass_kg
         0.2
     """
     defaults = option_defaults(experiment)
@@ -114,52 +119,31 @@ def adjusted(experiment: Experiment, options: Mapping[str, Any]) -> Experiment:
     overrides = {
         name: x for name, x in filling.items() if x is not None and x != defaults.get(name)
     }
-    updates: dict[str, Any] = {
-        field: overrides[name]
-        for name, field in (("height_m", "height_m"), ("fitness", "objective"), ("body", "body"))
-        if name in overrides
-    }
-    times = {name: overrides[name] for name in ("duration_s", "tick_s") if name in overrides}
-    if times:
-        updates["timing"] = replace(experiment.timing, **times)
+    fields = _FIELDS | _FIELDS_OF_HOPPERS
+    updates = {fields[option]: x for option, x in overrides.items() if option in fields}
     if overrides.get("hold"):
         updates["integrator"] = Hold()
-    if "episodes_per_candidate" in overrides:
-        updates["episodes"] = overrides["episodes_per_candidate"]
     if overrides.get("vary"):
         updates["conditions"] = conditions_named(overrides["vary"])
     objective = updates.get("objective", experiment.objective)
+    if "work" in overrides and hasattr(objective, "work"):
+        objective = replace(objective, {"work": overrides["work"]})
     if overrides.get("cot_only"):
         if not hasattr(objective, "follow_omega"):
             kind = type(objective).__name__
             raise TegotaeError(f"cot_only belongs to the paper's fitness; this one is a {kind}")
-        updates["objective"] = objective = objective.without_frequency()
+        objective = objective.without_frequency()
+    updates["objective"] = objective
     if experiment.body.limbs == 1:
-        updates |= _of_hopper(experiment, overrides, objective)
-    return experiment.replaced(**updates)
-
-
-def _of_hopper(
-    experiment: Experiment, overrides: Mapping[str, Any], objective: Objective
-) -> dict[str, Any]:
-    """Options of a body with one leg, by the names that `Experiment.replaced` takes."""
-    of_protocol = {"drop_m": "drop_m", "work": "work", "height_m": "release_m"}
-    evaluated = {field: overrides[name] for name, field in of_protocol.items() if name in overrides}
-    controller = experiment.controller
-    actuation = with_vanilla_settings(
-        controller.actuation,
-        start_rad=overrides.get("sector_start_rad"),
-        duration_s=overrides.get("sector_duration_s"),
-        newtons_per_feedback=overrides.get("newtons_per_feedback"),
-    )
-    updates: dict[str, Any] = {
-        "controller": replace(controller, actuation=actuation),
-        "protocol": replace(experiment.protocol, **evaluated),
-        "search_offsets": overrides.get("tuned_over", experiment.search_offsets),
-    }
-    if "work" in overrides and hasattr(objective, "work"):
-        updates["objective"] = replace(cast(Any, objective), work=overrides["work"])
-    return updates
+        updates["controller.actuation"] = with_vanilla_settings(
+            experiment.controller.actuation,
+            start_rad=overrides.get("sector_start_rad"),
+            duration_s=overrides.get("sector_duration_s"),
+            newtons_per_feedback=overrides.get("newtons_per_feedback"),
+        )
+        if "height_m" in overrides:
+            updates["protocol.release_m"] = overrides["height_m"]
+    return replace(experiment, updates)
 
 
 def _for_weight(experiment: Experiment, body: Body) -> Controller:
@@ -171,14 +155,14 @@ def _for_weight(experiment: Experiment, body: Body) -> Controller:
     pushes = with_vanilla_settings(
         experiment.controller.actuation, newtons_per_feedback=scale * other_n / weight_n
     )
-    return replace(experiment.controller, actuation=pushes)
+    return replace(experiment.controller, {"actuation": pushes})
 
 
 def experiment_named(name: Any, *, budget: int | None = None, **parts: Any) -> Experiment:
     """Return the experiment of a name.
 
     Args:
-        name: a model, a design, an architecture, FILE.py:OBJECT, or an object.
+        name: a recipe, FILE.py:OBJECT, or an object.
         budget: maximum number of trained parameters of a model; the paper's by default.
         parts: parts of `with_parts`.
 
@@ -186,7 +170,7 @@ def experiment_named(name: Any, *, budget: int | None = None, **parts: Any) -> E
         TegotaeError: for a name without one, a budget for another experiment than a model of the
             paper, or parts that do not fit together.
     """
-    return with_parts(resolve(name, budget=budget).experiment(), budget=budget, **parts)
+    return with_parts(experiment_of(name, budget), budget=budget, **parts)
 
 
 def with_parts(
@@ -220,7 +204,7 @@ def with_parts(
         parts["objective"] = load_object(fitness, Objective, "fitness")
     elif fitness is not None:
         parts["objective"] = fitness
-    return experiment.replaced(**parts)
+    return replace(experiment, parts)
 
 
 def _with_oscillator(experiment: Experiment, name: str, budget: int | None) -> Experiment:
@@ -229,10 +213,10 @@ def _with_oscillator(experiment: Experiment, name: str, budget: int | None) -> E
     if experiment.controller.oscillator is None:
         return experiment
     label = f"{experiment.name}+{type(oscillator).__name__ if custom else name}"
-    controller = replace(experiment.controller, oscillator=oscillator)
-    if experiment.name in all_models() and not custom:
+    controller = replace(experiment.controller, {"oscillator": oscillator})
+    if experiment.name in study_recipes() and not custom:
         # Its networks leave room for the weights of the oscillator.
-        model = find(label)
+        model = recipe(label)
         label = model.name
         controller = model.controller(BUDGET if budget is None else budget)
-    return experiment.replaced(name=label, controller=controller)
+    return replace(experiment, {"name": label, "controller": controller})

@@ -23,8 +23,9 @@ from tegotae.api.parameters import filled, in_shell
 from tegotae.api.results import Figure, short
 from tegotae.api.walking import WalkerController, WalkerOptions
 from tegotae.parts.fields import numbers_of
-from tegotae.systems.legged import Legged, assignments
-from tegotae.systems.tuned import family as family_of
+from tegotae.systems.legged import Legged
+from tegotae.systems.parts_by_name import assignments
+from tegotae.systems.tuned import front_family
 
 if TYPE_CHECKING:
     from matplotlib import figure as matplotlib_figure
@@ -342,7 +343,7 @@ def front(
         unseen=unseen,
         seed=study.values.seed,
     )
-    families = [family_of(study.legged, name) for name in dict.fromkeys(family)]
+    families = [front_family(study.legged, name) for name in dict.fromkeys(family)]
     if folder is not None:
         require_free_for(folder, GAIT_FRONT)
     fronts = [search_front(study.legged, member, search, folder) for member in families]

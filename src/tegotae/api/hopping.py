@@ -11,6 +11,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_GAIN, require_within
+from tegotae.analysis.simulation import Result, simulate
 from tegotae.api.controller import Changes, LoadedController, Subject, Work, selected_metrics
 from tegotae.api.parameters import Values, check_types, filled
 from tegotae.api.results import EvaluationTable, Recording, Table, columns, metric_columns
@@ -18,11 +19,11 @@ from tegotae.measures.evaluation import Protocol, evaluate, require_evaluable
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.hopping.signals import work_total
 from tegotae.parts.bodies import Body
+from tegotae.parts.fields import replace
 from tegotae.simulation.integrators import Hold
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.timing import MOST_TICKS
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.simulation import Result, simulate
 from tegotae.systems.system import Release
 
 SERIES = (
@@ -96,7 +97,7 @@ class HopperController(LoadedController):
             require_within("sigma", values.sigma, MOST_GAIN)
         parts = {"omega": values.omega, "release": values.release, "body": values.body}
         return SavedController(
-            self.runs.system.replaced(parts), self.weights_at(values.sigma), self.name
+            replace(self.runs.system, parts), self.weights_at(values.sigma), self.name
         )
 
     @check_types
@@ -177,7 +178,7 @@ class HopperController(LoadedController):
         held = {"integrator": Hold()} if values.hold else {}
         frame_s = tick_s * max(1, round(min(0.01 / tick_s, MOST_TICKS)))  # whole ticks, near 10 ms
         return simulate(
-            saved.system.replaced(held),
+            replace(saved.system, held),
             saved.weights,
             Timing(duration_s=values.duration_s, tick_s=tick_s, frame_s=frame_s),
             drop_m=values.drop_m,
@@ -225,7 +226,7 @@ class HopperController(LoadedController):
         return {name: protocol[name] for name in protocol if name not in ("release_m", "tick_s")}
 
     def _measured(self, options: Any) -> EvaluationTable:
-        runs = self.runs.replaced(body=options.body)
+        runs = replace(self.runs, {"body": options.body})
         metrics = selected_metrics(HOPPING, options.metric)
         result = evaluate(
             runs.controller,

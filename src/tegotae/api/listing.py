@@ -1,4 +1,4 @@
-"""What there is by name: the study's models, short laws, designs for legs, trained controllers."""
+"""Recipes and trained controllers by name."""
 
 from __future__ import annotations
 
@@ -15,10 +15,8 @@ from tegotae.api.results import UNDEFINED, Table, short
 from tegotae.measures.gaits.metrics import WALKING
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.robots import ROBOTS
-from tegotae.systems.designs import all_designs
-from tegotae.systems.grammar import BUDGET
-from tegotae.systems.laws import LAWS, ShortLaw
-from tegotae.systems.models import all_models
+from tegotae.systems.recipe import Recipe, recipe, recipes_on_legs, study_recipes
+from tegotae.systems.term_sets import BUDGET, LAWS, ShortLaw
 from tegotae.systems.zoo import ALL, Zoo, ZooName, studies, study_of
 
 _ON_SCREEN = ("cot_inverse", "t0_s", "t1_s")
@@ -28,11 +26,11 @@ ones. JSON has all."""
 
 @in_shell(pictures=False)
 def list_models(pattern: str = "*", *, zoo: bool = False, budget: int = BUDGET) -> Table:
-    """List the models of the study and short laws, designs for legs, or trained controllers.
+    """List the models of the study and short laws, recipes on legs, or trained controllers.
 
     Args:
         pattern: a name with * and ? as in a shell, or an architecture such as ART. A pattern with @
-            selects designs, such as '*@quadruped-c' or 'ART*@*'.
+            selects recipes on legs, such as '*@quadruped-c' or 'ART*@*'.
         zoo: list the trained controllers that come with the package, with their metrics: the best
             run of each model. MODEL/all lists every run, STUDY:MODEL those of one study.
         budget: maximum number of trained parameters of a controller.
@@ -49,18 +47,19 @@ def list_models(pattern: str = "*", *, zoo: bool = False, budget: int = BUDGET) 
             raise TegotaeError("budget sizes controllers that are not trained; those of zoo are")
         return _trained(pattern)
     if "@" in pattern:
-        kind, models, headings, described = "design", all_designs(), _OF_DESIGNS, _of_design
+        kind, recipes = "recipe", recipes_on_legs()
+        headings, described = _OF_LEGS, _on_legs
     else:
-        models = {**all_models(), **_laws(budget)}
-        kind, headings, described = "model", _OF_MODELS, _of_model
-    matches = [x for name, x in models.items() if fnmatch.fnmatchcase(name, pattern)]
-    matches = matches or [x for x in models.values() if _architecture(x) == pattern]
+        kind, recipes = "model", _hopper_recipes(budget)
+        headings, described = _OF_HOPPER, _of_hopper
+    matches = [x for name, x in recipes.items() if fnmatch.fnmatchcase(name, pattern)]
+    matches = matches or [x for x in recipes.values() if x.terms.architecture == pattern]
     if not matches:
-        raise unknown(kind, pattern, models)
-    rows = [described(x, budget) for x in matches]
-    laws = sum(isinstance(x, ShortLaw) for x in matches)
-    counts = {f"{kind}s": len(rows) - laws, "short laws": laws}
+        raise unknown(kind, pattern, recipes)
+    laws = 0 if kind == "recipe" else sum(isinstance(x.terms, ShortLaw) for x in matches)
+    counts = {f"{kind}s": len(matches) - laws, "short laws": laws}
     remark = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
+    rows = [described(x, budget) for x in matches]
     return _listed(rows, headings, remark)
 
 
@@ -96,7 +95,7 @@ def list_metrics(pattern: str = "*") -> Table:
 
 _CATALOGUES = (HOPPING, WALKING, ROBOTS)
 
-_OF_MODELS = {
+_OF_HOPPER = {
     "name": "model",
     "learned_terms": "learned",
     "observation": "senses",
@@ -104,62 +103,42 @@ _OF_MODELS = {
     "omega_t_rad_per_s": "ω_t",
     "parameters": "weights",
 }
-_OF_DESIGNS = {
-    "name": "design",
+_OF_LEGS = {
+    "name": "recipe",
     "about": "about",
     "omega_rad_per_s": "ω",
     "parameters": "weights",
 }
 
 
-def _laws(budget: int) -> dict[str, ShortLaw]:
-    """The short laws of so many numbers at the study's frequencies, by name."""
-    laws = [ShortLaw(law, omega) for law in LAWS for omega in (4.0, 8.0)]
-    return {law.name: law for law in laws if law.controller().n_weights <= budget}
+def _hopper_recipes(budget: int) -> dict[str, Recipe]:
+    """The models, and the short laws of so many numbers at the study's frequencies, by name."""
+    laws = [recipe(f"{law}-w{omega}") for law in LAWS for omega in (4, 8)]
+    fitting = {law.name: law for law in laws if law.controller().n_weights <= budget}
+    return {**study_recipes(), **fitting}
 
 
-def _architecture(model: Any) -> str:
-    """A model's architecture, or a short law without its frequency; empty of a design."""
-    return getattr(model, "architecture", getattr(model, "law", ""))
-
-
-def _of_law(law: ShortLaw) -> JsonObject:
-    form = LAWS[law.law]
+def _of_hopper(entry: Recipe, budget: int) -> JsonObject:
+    terms, learned = entry.terms, entry.learned_terms
     return {
-        "name": law.name,
-        "architecture": law.law,
-        "learned_terms": [],
-        "observation": [] if form.action is None else ["spring_force"],
-        "reaction_observation": None,
-        "gain_observation": None,
-        "actuation": "both" if form.reflex else "sector",
-        "omega_t_rad_per_s": law.omega_t,
-        "parameters": law.controller().n_weights,
+        "name": entry.name,
+        "architecture": terms.architecture,
+        "learned_terms": [*terms.learned],
+        "observation": [*entry.observation],
+        "reaction_observation": learned.reaction,
+        "gain_observation": learned.gain,
+        "actuation": entry.actuation,
+        "omega_t_rad_per_s": entry.omega_t,
+        "parameters": entry.controller(budget).n_weights,
     }
 
 
-def _of_model(model: Any, budget: int) -> JsonObject:
-    if isinstance(model, ShortLaw):
-        return _of_law(model)
+def _on_legs(entry: Recipe, budget: int) -> JsonObject:
     return {
-        "name": model.name,
-        "architecture": model.architecture,
-        "learned_terms": [*model.learned_terms],
-        "observation": [*model.observation],
-        "reaction_observation": model.terms.reaction,
-        "gain_observation": model.terms.gain,
-        "actuation": model.actuation,
-        "omega_t_rad_per_s": model.omega_t,
-        "parameters": model.controller(budget).n_weights,
-    }
-
-
-def _of_design(design: Any, budget: int) -> JsonObject:
-    return {
-        "name": design.name,
-        "about": design.family.about,
-        "omega_rad_per_s": design.omega_t if design.family.has_rhythm else None,
-        "parameters": design.controller(budget).n_weights,
+        "name": entry.name,
+        "about": entry.terms.about,
+        "omega_rad_per_s": entry.omega_t,
+        "parameters": entry.controller(budget).n_weights,
     }
 
 

@@ -21,8 +21,8 @@ from tegotae.measures.hopping.metrics import HOPPING, REGIMES
 from tegotae.measures.plausibility import check_forces, check_over_ground
 from tegotae.measures.recordings import read_recording
 from tegotae.parts.bodies import Body, Hopper
-from tegotae.systems.body_file import body_called
-from tegotae.systems.models import preset as preset_named
+from tegotae.systems.parts_by_name import body_called
+from tegotae.systems.vanilla import preset as preset_named
 
 if TYPE_CHECKING:
     from matplotlib import figure

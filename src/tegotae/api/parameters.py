@@ -24,7 +24,7 @@ import docstring_parser
 
 from tegotae._support.engines import check_jax
 from tegotae._support.errors import TegotaeError, unknown
-from tegotae.parts.fields import with_paths
+from tegotae.parts.fields import replace
 
 T = TypeVar("T")
 F = TypeVar("F", bound=Callable[..., Any])
@@ -332,12 +332,12 @@ def filled(options: Mapping[str, Any], defaults: Values) -> SimpleNamespace:
         if value is None and default is not HIDDEN:
             value = default
         elif isinstance(value, Mapping) and dataclasses.is_dataclass(default):
-            value = changed(default, value)
+            value = with_options(default, value)
         values[name] = tuple(value) if isinstance(value, list) else value
     return SimpleNamespace(**values)
 
 
-def changed(value: T, changes: Mapping[str, Any]) -> T:
+def with_options(value: T, changes: Mapping[str, Any]) -> T:
     """Return a dataclass with other fields, which may be those of dataclasses in it.
 
     Args:
@@ -349,7 +349,7 @@ def changed(value: T, changes: Mapping[str, Any]) -> T:
 
     Example:
         >>> from tegotae.parts.bodies import Hopper
-        >>> changed(Hopper(), {"mass_kg": 0.2}).mass_kg
+        >>> with_options(Hopper(), {"mass_kg": 0.2}).mass_kg
         0.2
     """
     paths: dict[str, str] = {}
@@ -367,7 +367,7 @@ def changed(value: T, changes: Mapping[str, Any]) -> T:
             if get_origin(kind) is tuple and _fits(float, replacement):
                 continue  # one number for all entries
             require_kind_of(name, kind | None, replacement)
-    return with_paths(value, {ways_by_name[name]: x for name, x in changes.items()})
+    return replace(value, {ways_by_name[name]: x for name, x in changes.items()})
 
 
 def changes(options: Any, reference: Any) -> dict[str, Any]:

@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 
 from tegotae._support.errors import MissingExtraError, TegotaeError
 from tegotae.analysis.gaits.releases import GaitRun
+from tegotae.analysis.simulation import Result
 from tegotae.figures import animation
 from tegotae.figures.gaits import animation as gait_animation
 from tegotae.figures.gaits.lags import footfall_figure, lags_figure
 from tegotae.figures.recording import recording_figure
 from tegotae.figures.rollout import episode_figure, rollout_figure
 from tegotae.figures.style import literal_text, styled
-from tegotae.systems.simulation import Result
 
 if TYPE_CHECKING:
     from tegotae.training.environments.replay import Replay

@@ -33,8 +33,8 @@ from tegotae.api.results import Figure
 from tegotae.parts.bodies import Body
 from tegotae.simulation.rollout import Timing, Trajectory
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import PRESETS
 from tegotae.systems.system import Release
+from tegotae.systems.vanilla import PRESETS
 
 if TYPE_CHECKING:
     from matplotlib import figure as matplotlib_figure

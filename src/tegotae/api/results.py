@@ -111,7 +111,7 @@ class ResultBase:
     """Numbers, the text about them, and their figures."""
 
     raw: Any = None
-    """Result of the computation, such as a `tegotae.systems.simulation.Result`."""
+    """Result of the computation, such as a `tegotae.analysis.simulation.Result`."""
     title: str = ""
     """Outcome in a few words."""
     notes: Sequence[str] = ()

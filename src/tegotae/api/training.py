@@ -18,19 +18,17 @@ from tegotae._support.limits import MOST_SEEDS
 from tegotae.api import experiments
 from tegotae.api.controller import Changes, Work
 from tegotae.api.controllers import load
-from tegotae.api.parameters import HIDDEN, Values, changed, changes, filled, in_shell
+from tegotae.api.parameters import HIDDEN, Values, changes, filled, in_shell, with_options
 from tegotae.api.results import Files, ResultBase
 from tegotae.api.wiring import EnvironmentOptions, environment_of, stem_of
 from tegotae.measures.objectives.objective import FAILED_FITNESS, Objective
 from tegotae.measures.statistics import interval
 from tegotae.parts.bodies import Body
 from tegotae.systems.controller_file import load as load_file
-from tegotae.systems.env_task import extras_of
+from tegotae.systems.env_documents import extras_of
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.registry import name_of
-from tegotae.systems.resolve import resolve
-from tegotae.systems.robot_file import law_on_robot
-from tegotae.systems.user_objects import is_reference
+from tegotae.systems.registry import is_reference, name_of
+from tegotae.systems.resolve import law_on_robot, resolve
 from tegotae.training.agents import AgentSettings
 from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.algorithms import Algorithm
@@ -184,7 +182,7 @@ def _settings(
 ) -> Algorithm | AgentSettings | Learner:
     """The settings of an algorithm, by name or changed."""
     if isinstance(algorithm, Mapping):
-        return changed(_settings(algorithm.get("name", "pgpe")), algorithm)
+        return with_options(_settings(algorithm.get("name", "pgpe")), algorithm)
     if isinstance(algorithm, str):
         name = algorithm if is_reference(algorithm) else algorithm.lower()
         return settings_named(name, (Algorithm, AgentSettings, Learner))
@@ -351,9 +349,8 @@ def _values(model: Any = "", **options: Any) -> Values:
     defaults=_values,
     values={"environment": EnvironmentOptions()},
     loads=("budget", "oscillator", "body", "fitness", "env", "algorithm", "wiring", "tensorboard"),
-    names="A name is a model (see `tegotae models`), an architecture such as ART, a design for a "
-    "body with legs such as ART@quadruped-c, or an experiment of your own, FILE.py:OBJECT or "
-    "MODULE:OBJECT.",
+    names="A name is a recipe (see `tegotae models`), such as ART, or on legs ART@quadruped-c; or "
+    "an experiment of your own, FILE.py:OBJECT or MODULE:OBJECT.",
     examples={
         "One leg, such as ART": "ART",
         "Several legs, such as AR@quadruped-c": "AR@quadruped-c",
@@ -400,7 +397,7 @@ def train(
     """Train controllers of a model, one per seed; run it again on the same folder to continue.
 
     Args:
-        model: model, architecture, design, or an experiment of your own.
+        model: a recipe, such as ART or AR@quadruped-c, or an experiment of your own.
         out: folder for controllers, curves and checkpoint; by default runs/MODEL, or
             runs/MODEL-ALGORITHM.
         seeds: number of runs from random weights.

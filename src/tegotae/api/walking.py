@@ -25,8 +25,9 @@ from tegotae.api.results import (
 from tegotae.measures.gaits.metrics import GAIT, WALKING
 from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.parts.bodies import Body, Sensors
-from tegotae.parts.fields import unwrapped, with_fields
-from tegotae.systems.legged import Legged, felt, terrain_of
+from tegotae.parts.fields import replace, unwrapped
+from tegotae.systems.legged import Legged, felt
+from tegotae.systems.parts_by_name import terrain_of
 
 
 class GroundOptions(TypedDict, total=False):
@@ -86,7 +87,7 @@ class WalkerController(LoadedController):
     """Their system, timed so that it settles."""
 
     def on(self, body: Body) -> WalkerController:
-        return dataclasses.replace(self, legged=self.legged.with_body(body))
+        return dataclasses.replace(self, legged=self.legged.on(body))
 
     def defaults(self) -> Values:
         body = self.legged.body
@@ -118,13 +119,13 @@ class WalkerController(LoadedController):
                 "removes legs"
             )
         if options.terrain:
-            body = with_fields(body, {"terrain": terrain_of(options.terrain)})
+            body = replace(body, {"terrain": terrain_of(options.terrain)})
         if body is not legged.body:
-            legged = legged.with_body(body)
+            legged = legged.on(body)
         timing = dataclasses.replace(legged.timing, duration_s=options.duration_s)
-        legged = legged.replaced(timing=timing)
+        legged = replace(legged, {"timing": timing})
         if options.delay_s or options.noise:
-            legged = legged.with_body(felt(legged, options.delay_s, options.noise))
+            legged = legged.on(felt(legged, options.delay_s, options.noise))
         return legged
 
     def driven(self, options: Any) -> Legged:
@@ -133,7 +134,7 @@ class WalkerController(LoadedController):
         Args:
             options: those of `system`, omega and sigma.
         """
-        legged = self.system(options).replaced(omega=options.omega)
+        legged = replace(self.system(options), {"omega": options.omega})
         return dataclasses.replace(legged, weights=tuple(self.weights_at(options.sigma)))
 
     @check_types

@@ -15,12 +15,11 @@ import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae.api.controller import Changes
-from tegotae.api.parameters import Values, changed, in_shell
+from tegotae.api.parameters import Values, in_shell, with_options
 from tegotae.api.results import Table
-from tegotae.systems.env_task import extras_of, is_mujoco_model
-from tegotae.systems.resolve import recipe
-from tegotae.systems.robot_file import is_robot_file
-from tegotae.systems.user_objects import is_reference
+from tegotae.systems.env_documents import extras_of, is_mujoco_model, is_robot_file
+from tegotae.systems.recipe import recipe
+from tegotae.systems.registry import is_reference
 
 if TYPE_CHECKING:  # which needs Gymnasium
     from matplotlib import figure
@@ -119,7 +118,7 @@ class EnvironmentOptions(ModelOptions):
                 f"{model} cannot be trained on an environment; name a model, such as ART"
             )
         spec, wiring = self.wired(env)
-        experiment = EnvExperiment.of_model(
+        experiment = EnvExperiment.from_recipe(
             recipe(model),
             spec,
             wiring,
@@ -165,7 +164,7 @@ def environment_of(environment: EnvironmentOptions | Changes | None) -> Environm
     """Return the options of an environment, of which some may be given by name."""
     if environment is None or isinstance(environment, EnvironmentOptions):
         return environment or EnvironmentOptions()
-    return changed(EnvironmentOptions(), environment)
+    return with_options(EnvironmentOptions(), environment)
 
 
 def stem_of(env: str) -> str:

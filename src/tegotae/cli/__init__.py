@@ -59,7 +59,7 @@ def _run(words: list[str], program: Command | CommandGroup, prog: str) -> None:
     words, places = split_parts(words)
     if places:
         _check_environment()
-        from tegotae.systems.user_objects import imported
+        from tegotae.systems.registry import imported
 
         for place in places:
             imported(place)

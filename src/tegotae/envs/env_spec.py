@@ -14,8 +14,8 @@ from tegotae._support.errors import TegotaeError, other_code, require, unknown
 from tegotae.envs._types import AnyEnv
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings, located
 from tegotae.envs.wiring import Wiring
-from tegotae.systems.env_task import EnvTask, is_mujoco_model
-from tegotae.systems.user_objects import is_reference, load_object, require_named, source_of
+from tegotae.systems.env_documents import EnvTask, is_mujoco_model
+from tegotae.systems.registry import is_reference, load_object, require_named, source_of
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -30,7 +30,7 @@ from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.parameters import Part, finite, positive
 from tegotae.parts.terms import Signals
-from tegotae.systems.user_objects import is_reference, load_object
+from tegotae.systems.registry import is_reference, load_object
 
 _TICK_S = 0.001
 ACTS = ("force", "feedback")

@@ -12,7 +12,7 @@ from tegotae._support.files import write_atomically
 from tegotae._support.part_code import code_of_file
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.wiring import Wiring, toml_of, wiring_document, wiring_of
-from tegotae.systems.robot_file import ROBOT_FORMAT, robot_document
+from tegotae.systems.env_documents import ROBOT_FORMAT, robot_document
 
 
 def load_robot(

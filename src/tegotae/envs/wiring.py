@@ -27,12 +27,11 @@ from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import Sector
 from tegotae.parts.units import Units
 from tegotae.systems.controller_file import SavedController, load
-from tegotae.systems.env_task import WIRING_FORMAT, WiringDocument
-from tegotae.systems.models import build
+from tegotae.systems.env_documents import ROBOT_FORMAT, WIRING_FORMAT, RobotDocument, WiringDocument
+from tegotae.systems.recipe import recipe
+from tegotae.systems.registry import is_reference, require_named
 from tegotae.systems.resolve import resolve
-from tegotae.systems.robot_file import ROBOT_FORMAT, RobotDocument
 from tegotae.systems.tuned import is_front_name
-from tegotae.systems.user_objects import is_reference, require_named
 from tegotae.systems.zoo import is_zoo_name
 
 _PACKAGED = Path(__file__).parent / "mujoco" / "wirings"
@@ -91,7 +90,7 @@ class Wiring:
     """The controller's weights, shape [n_weights], or [limbs, n_weights]; σ for the vanilla one."""
     omega: float | None = None
     """Prescribed frequency ω [rad/s]."""
-    controller: Controller = field(default_factory=lambda: build("V-sector-w8"))
+    controller: Controller = field(default_factory=lambda: recipe("V-sector-w8").controller())
     """Terms, oscillator and actuation: of one limb, the same for all; or of all of them, with its
     own sharing and coupling. The vanilla sector by default."""
     scales: Mapping[str, float] = field(default_factory=dict)
@@ -274,8 +273,8 @@ def read_by(controller: Controller) -> list[str]:
     """Signals that a controller's terms read, and that an environment must provide.
 
     Example:
-        >>> from tegotae.systems.models import build
-        >>> read_by(build("AR-rFv-reflex-w8"))
+        >>> from tegotae.systems.recipe import recipe
+        >>> read_by(recipe("AR-rFv-reflex-w8").controller())
         ['spring_force', 'velocity']
     """
     internal = {"feedback", *(controller.oscillator or PhaseOscillator()).SIGNALS}

@@ -25,8 +25,8 @@ from PIL import Image
 from tegotae._support.errors import TegotaeError, formatted, require
 from tegotae._support.files import output_file, write_atomically
 from tegotae._support.progress import reporting
+from tegotae.analysis.simulation import Result
 from tegotae.figures.style import COLOURS, new_figure, styled
-from tegotae.systems.simulation import Result
 
 if TYPE_CHECKING:  # of MuJoCo and Gymnasium, which are extras
     from tegotae.envs._types import MjData, MjModel

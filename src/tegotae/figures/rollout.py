@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tegotae.analysis.simulation import Result
 from tegotae.figures.cycles import broken
 from tegotae.figures.style import COLOURS, PAGE_IN, literal_text, new_figure, styled
-from tegotae.systems.simulation import Result
 
 if TYPE_CHECKING:  # of Gymnasium, which is an extra
     from tegotae.training.environments.replay import Replay

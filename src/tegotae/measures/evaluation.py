@@ -189,8 +189,8 @@ def evaluate(
             frequency, a metric or channel that is not there, or what `require_evaluable` refuses.
 
     Example:
-        >>> from tegotae.systems.models import find
-        >>> model = find("V-reflex-w8")
+        >>> from tegotae.systems.recipe import recipe
+        >>> model = recipe("V-reflex-w8")
         >>> result = evaluate(
         ...     model.controller(), [[2.0]], model.omega_t, metrics=["cot_inverse"]
         ... )

@@ -185,8 +185,8 @@ class Controller(Part):
         """Names of all weights: the set, if there are several, the part, and the name there.
 
         Example:
-            >>> from tegotae.systems.models import build
-            >>> build("V-reflex-w8").weight_names
+            >>> from tegotae.systems.recipe import recipe
+            >>> recipe("V-reflex-w8").controller().weight_names
             (('gain', 'sigma'),)
         """
         parts = self.unit_weight_names.items()

@@ -1,8 +1,9 @@
-"""A body's numbers by name: the one place where a name such as "mass_kg" becomes a field.
+"""Fields by name: the one place where a name such as "mass_kg" becomes a field of a frozen value.
 
 A field of the body within a wrapper is called "body.mass_kg", one of a terrain "terrain.rise_m": a
-*path*. A path's first part may be left to look up: of wrappers and the body within, the outermost
-that has a field of this name is meant.
+*path*. A path's first part may be left to look up in the fields that the class names as `INSIDE`:
+of wrappers and the body within, of a system and its release, the outermost that has a field of this
+name is meant.
 """
 
 from __future__ import annotations
@@ -10,7 +11,11 @@ from __future__ import annotations
 import dataclasses
 import reprlib
 from collections.abc import Mapping
+from numbers import Real
+from operator import attrgetter
 from typing import TYPE_CHECKING, TypeVar, cast
+
+import numpy as np
 
 from tegotae._support.documents import earlier_names
 from tegotae._support.errors import TegotaeError, unknown
@@ -19,13 +24,10 @@ from tegotae.parts.bodies import Body, BodyWrapper
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-B = TypeVar("B", bound=Body)
 T = TypeVar("T")
 
 FieldNumber = float | tuple[float, ...]
 """A number of a body, or one a limb."""
-INNER = "body"
-"""The field by which a wrapper holds the body within."""
 
 
 def unwrapped(body: Body) -> Body:
@@ -41,10 +43,13 @@ def unwrapped(body: Body) -> Body:
     return body
 
 
-def paths_of(body: Body) -> dict[str, str]:
-    """The path of every field of a body and of the bodies within it, by the field's name.
+def paths_of(value: object) -> dict[str, str]:
+    """The path of every field of a value and of those inside it, by the field's name.
 
     Of fields of one name the outermost is meant.
+
+    Args:
+        value: a body, or another dataclass.
 
     Example:
         >>> from tegotae.parts.bodies import Bar, Sensors
@@ -52,23 +57,23 @@ def paths_of(body: Body) -> dict[str, str]:
         >>> found["delay_s"], found["inertia_ratio"]
         ('delay_s', 'body.inertia_ratio')
     """
-    paths = {name: name for name in _names(body)}
-    if not isinstance(body, BodyWrapper):
-        return paths
-    del paths[INNER]
-    within = {name: f"{INNER}.{path}" for name, path in paths_of(body.body).items()}
-    return {**within, **paths}
+    inside = _inside(value)
+    paths = {name: name for name in _names(value) if name not in inside}
+    for holder in inside:
+        for name, path in paths_of(getattr(value, holder)).items():
+            paths.setdefault(name, f"{holder}.{path}")
+    return paths
 
 
-def path_of(body: Body, name: str) -> str:
+def path_of(value: object, name: str) -> str:
     """The path of a field, named by its path or by its name alone.
 
     Args:
-        body: a body, with wrappers or without.
+        value: a body, with wrappers or without, or another dataclass.
         name: "mass_kg", "terrain.rise_m" or "body.mass_kg".
 
     Raises:
-        TegotaeError: for a name that neither the body nor a wrapper has.
+        TegotaeError: for a name that there is not.
 
     Example:
         >>> from tegotae.parts.bodies import Hopper, Sensors
@@ -76,39 +81,41 @@ def path_of(body: Body, name: str) -> str:
         'body.mass_kg'
     """
     first, dot, tail = name.partition(".")
-    if first == INNER and isinstance(body, BodyWrapper):
-        return f"{INNER}.{path_of(body.body, tail)}"
-    paths = paths_of(body)
-    first = _earlier_names_of(body).get(first, first)
-    if first not in paths:
-        raise unknown(f"field of a {type(unwrapped(body)).__name__}", first, paths)
-    path = paths[first] + dot + tail
-    _ = _value_at(body, path)
-    return path
+    first = _earlier_names_of(value).get(first, first)
+    if first in _names(value):
+        return first + dot + (path_of(getattr(value, first), tail) if dot else "")
+    for holder in _inside(value):
+        inner = getattr(value, holder)
+        if first in paths_of(inner):
+            return f"{holder}.{path_of(inner, first + dot + tail)}"
+    whole = unwrapped(value) if isinstance(value, Body) else value
+    raise unknown(f"field of a {type(whole).__name__}", first, paths_of(value))
 
 
-def _earlier_names_of(body: Body) -> dict[str, str]:
-    """The present names of renamed fields of a body and of those within, by earlier names."""
-    within = _earlier_names_of(body.body) if isinstance(body, BodyWrapper) else {}
-    return within | earlier_names(body)
+def _earlier_names_of(value: object) -> dict[str, str]:
+    """The present names of renamed fields of a value and of those inside it, by earlier names."""
+    names: dict[str, str] = {}
+    for holder in _inside(value):
+        names |= _earlier_names_of(getattr(value, holder))
+    return names | (earlier_names(value) if dataclasses.is_dataclass(value) else {})
 
 
-def value_of(body: Body, name: str) -> object:
-    """A field of a body, by name or path.
+def value_of(value: object, name: str) -> object:
+    """A field of a value, by name or path.
 
     Args:
-        body: the body, perhaps a wrapper around another one.
+        value: a body, perhaps a wrapper around another one, or another dataclass.
         name: such as "mass_kg", or a path such as "body.mass_kg".
 
     Raises:
-        TegotaeError: for a name that neither the body nor a wrapper has.
+        TegotaeError: for a name that there is not.
 
     Example:
         >>> from tegotae.parts.bodies import Hopper, Sensors
         >>> value_of(Sensors(body=Hopper()), "mass_kg")
         0.1
     """
-    return _value_at(body, path_of(body, name))
+    return attrgetter(path_of(value, name))(value)
 
 
 def number_of(body: Body, name: str) -> FieldNumber:
@@ -143,64 +150,50 @@ def numbers_of(body: Body) -> dict[str, FieldNumber]:
         >>> numbers_of(Bar())["inertia_ratio"]
         1.0
     """
-    values = {name: _value_at(body, path) for name, path in paths_of(body).items()}
+    values = {name: attrgetter(path)(body) for name, path in paths_of(body).items()}
     return {name: cast(FieldNumber, x) for name, x in values.items() if _is_number(x)}
 
 
-def with_fields(body: B, fields: Mapping[str, object]) -> B:
-    """A body with other fields, each named by its path or by its name alone, validated.
+def replace(value: T, changes: Mapping[str, object]) -> T:
+    """Return a frozen value with other fields, each named by its path or by its name, validated.
 
     A number for a field of the limbs holds for each of them.
 
     Args:
-        body: the body, perhaps a wrapper around another one.
-        fields: values by name or path.
+        value: a body, a system, an experiment or another dataclass.
+        changes: values by name or path.
 
     Raises:
-        TegotaeError: for an unknown name, or a value that the body refuses.
+        TegotaeError: for an unknown name, or a value that is refused.
 
     Example:
         >>> from tegotae.parts.bodies import Bar, Sensors
-        >>> with_fields(Sensors(body=Bar()), {"inertia_ratio": 0.5}).body.inertia_ratio
+        >>> replace(Sensors(body=Bar()), {"inertia_ratio": 0.5}).body.inertia_ratio
         0.5
-    """
-    return with_paths(body, {path_of(body, name): value for name, value in fields.items()})
-
-
-def with_paths(value: T, fields: Mapping[str, object]) -> T:
-    """A dataclass with the fields of these paths replaced, as `with_fields` does.
-
-    Args:
-        value: the dataclass.
-        fields: values by path.
-
-    Example:
-        >>> from tegotae.parts.bodies import Bar, Sensors
-        >>> with_paths(Sensors(body=Bar()), {"body.hips_m": (-1.0, 1.0)}).body.hips_m
+        >>> replace(Sensors(body=Bar()), {"body.hips_m": (-1.0, 1.0)}).body.hips_m
         (-1.0, 1.0)
     """
-    plain = {path: x for path, x in fields.items() if "." not in path}
+    fields: dict[str, object] = {}
     nested: dict[str, dict[str, object]] = {}
-    for path, x in fields.items():
-        head, dot, tail = path.partition(".")
+    for name, x in changes.items():
+        head, dot, tail = path_of(value, name).partition(".")
         if dot:
             nested.setdefault(head, {})[tail] = x
-    plain |= {head: with_paths(getattr(value, head), tail) for head, tail in nested.items()}
-    for name, x in plain.items():
+        else:
+            fields[head] = x
+    fields |= {
+        head: replace(fields.get(head, getattr(value, head)), tails)
+        for head, tails in nested.items()
+    }
+    for name, x in fields.items():
         current = getattr(value, name)
-        if isinstance(current, tuple) and not isinstance(x, tuple):
-            plain[name] = (x,) * (len(cast(tuple[object, ...], current)) or 1)
-    return cast(T, dataclasses.replace(cast("DataclassInstance", value), **plain))
+        if isinstance(current, tuple) and isinstance(x, (Real, np.ndarray)) and np.ndim(x) == 0:
+            fields[name] = (x,) * (len(cast(tuple[object, ...], current)) or 1)
+    return cast(T, dataclasses.replace(cast("DataclassInstance", value), **fields))
 
 
-def _value_at(value: object, path: str) -> object:
-    """The value at a path of a dataclass."""
-    for part in path.split("."):
-        names = _names(value)
-        if part not in names:
-            raise unknown(f"field of a {type(value).__name__}", part, names)
-        value = getattr(value, part)
-    return value
+def _inside(value: object) -> tuple[str, ...]:
+    return getattr(type(value), "INSIDE", ())
 
 
 def _names(value: object) -> list[str]:

@@ -35,8 +35,8 @@ def with_held_feedback(
     Source: of this library.
 
     Example:
-        >>> from tegotae.systems.models import find
-        >>> clock, weights = with_held_feedback(find("V-sector-w8").controller(), [[2.0], [3.0]])
+        >>> from tegotae.systems.recipe import recipe
+        >>> clock, weights = with_held_feedback(recipe("V-sector-w8").controller(), [[2.0], [3.0]])
         >>> clock.n_weights, weights.tolist()
         (1, [[0.0], [0.0]])
     """

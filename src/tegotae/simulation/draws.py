@@ -14,11 +14,10 @@ from tegotae._support.errors import TegotaeError, unknown
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import (
-    INNER,
     FieldNumber,
     number_of,
     paths_of,
-    with_fields,
+    replace,
 )
 from tegotae.parts.oscillators import Oscillator
 from tegotae.simulation.schedules import Schedule, SecondClock, Step, is_scheduled, schedule_of
@@ -145,7 +144,7 @@ def _check_bodies(body: Body, fields: Mapping[str, LaneNumbers], timing: Timing)
             of_lane = {name: _field(x[..., lane]) for name, x in met.items()}
             if (key := tuple(of_lane.values())) not in bodies:
                 bodies.add(key)
-                with_fields(body, of_lane).check_tick(timing.tick_s)
+                replace(body, of_lane).check_tick(timing.tick_s)
 
 
 def _row(values: LaneNumbers) -> np.ndarray:
@@ -275,7 +274,7 @@ def check_releases(conditions: Sequence[Condition], scenario: Scenario, body: Bo
         fields = {n: x for n, x in values.items() if n not in ENTRIES and n not in body.pose_names}
         height = values.get("height_m", scenario.height_m)
         try:
-            with_fields(body, fields).check_release(float(height))
+            replace(body, fields).check_release(float(height))
         except TegotaeError as error:
             values_named = " and ".join(
                 f"{name} {value:g}" for name, value in values.items() if not np.ndim(value)
@@ -296,7 +295,7 @@ def _check_name(
         )
     if own_each and name != "phase_rad":
         head = name.partition(".")[0]
-        known_names = [*paths_of(body), INNER, *body.pose_names, *ENTRIES]
+        known_names = [*paths_of(body), "body", *body.pose_names, *ENTRIES]
         if head not in known_names:
             raise unknown(f"condition of a {type(body).__name__}", name, known_names)
     if name == DROP and (condition.from_s > 0.0) == ("drop_time_s" in names):

@@ -98,8 +98,8 @@ class Rollout:
             say in `needs` which channels it reads; others are then not computed.
 
     Example:
-        >>> from tegotae.systems.models import build
-        >>> rollout = Rollout(controller=build("V-reflex-w8"))
+        >>> from tegotae.systems.recipe import recipe
+        >>> rollout = Rollout(controller=recipe("V-reflex-w8").controller())
         >>> out = rollout.run(np.array([[2.0], [3.0]]), Scenario(omega=8.0))
         >>> out.height_m.shape
         (1000, 2)

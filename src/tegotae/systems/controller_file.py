@@ -1,8 +1,9 @@
-"""Controllers with their weights: one, in a readable JSON file, or the runs of a training."""
+"""Controllers with their weights: a readable JSON file, a folder of them, a study's records."""
 
 from __future__ import annotations
 
 import json
+import os
 import reprlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,13 +17,15 @@ from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError, Json, JsonObject
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
+from tegotae._support.workplace import is_earlier
 from tegotae.measures.evaluation import Protocol
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body, Hopper, Interface
 from tegotae.parts.controller import Controller
 from tegotae.parts.weight_names import flat, nested, spelled
+from tegotae.study import CellResult, DamagedRecordError
 from tegotae.systems.descriptions import UsersPartError, describe, restore
-from tegotae.systems.env_task import EnvTask
+from tegotae.systems.env_documents import EnvTask
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.system import OnSystem, System, usual_system
 from tegotae.systems.zoo import documents as zoo_documents, is_zoo_name
@@ -76,8 +79,9 @@ class SavedController(OnSystem):
             TegotaeError: for what does not fit together.
 
         Example:
-            >>> from tegotae.systems.models import build
-            >>> SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0).omega
+            >>> from tegotae.systems.recipe import recipe
+            >>> controller = recipe("V-reflex-w8").controller()
+            >>> SavedController.from_weights(controller, np.array([2.0]), 8.0).omega
             8.0
         """
         body = Hopper() if body is None else body
@@ -232,6 +236,105 @@ def begins_as_ours(path: Path) -> bool:
     with path.open("rb") as stream:
         first = stream.read(200)
     return first.lstrip().startswith(b"{") and FORMAT.encode() in first
+
+
+def controller_files(folder: Path) -> list[Path]:
+    """The controller files in a folder and its subfolders; other documents are passed over, and
+    what was set aside for a new beginning.
+
+    Raises:
+        TegotaeError: if a file may be a controller's and cannot be read: empty, cut short, without
+            permission.
+    """
+    return [file for file in _json_files(folder) if _is_controller(file)]
+
+
+def _json_files(folder: Path) -> list[Path]:
+    """All files in a folder and its subfolders that are named as JSON; none of what was set aside
+    for a new beginning."""
+
+    def refuse(error: OSError) -> None:
+        raise TegotaeError(f"cannot read {error.filename}: {error.strerror}") from None
+
+    return sorted(
+        Path(place, name)
+        for place, _, names in os.walk(folder, onerror=refuse)
+        if not any(map(is_earlier, Path(place).relative_to(folder).parts))
+        for name in names
+        if name.endswith(".json")
+    )
+
+
+def _is_controller(path: Path) -> bool:
+    """Return whether a JSON file is a controller's and no other document.
+
+    Raises:
+        TegotaeError: if that cannot be decided.
+    """
+    try:
+        return is_controller(documents.read(path))
+    except FileNotFoundError as error:  # a link to nowhere
+        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
+    except DamagedDocumentError as error:
+        complaint = f"damaged: {error}" if path.stat().st_size else "empty"
+        raise TegotaeError(f"{path} is {complaint}; remove it from the folder") from None
+
+
+_DESCRIPTION = "study.json"
+"""File in a study's folder that describes the study."""
+_RECORDS = "records"
+"""The folder in it that has the records."""
+SUFFIX = ".record.npz"
+"""Suffix of a record's file."""
+NOT_OF_THE_TRAINING = frozenset({"format", "experiment", "seeds", "budgets", "metrics"})
+"""Entries of a record's configuration that say nothing of how was trained."""
+
+
+def is_study(folder: Path) -> bool:
+    """Return whether a folder is a study's."""
+    return (folder / _DESCRIPTION).exists()
+
+
+def controllers_of_study(folder: Path) -> tuple[tuple[Path, SavedController], ...]:
+    """The controllers of a study's whole records, seed by seed.
+
+    Raises:
+        TegotaeError: if it has no whole record, a description that is damaged, or a part that is
+            not registered.
+    """
+    described = documents.read(folder / _DESCRIPTION)
+    experiments = described.get("experiments") if isinstance(described, dict) else None
+    controllers: list[tuple[Path, SavedController]] = []
+    damaged: list[str] = []
+    for path in sorted((folder / _RECORDS).glob(f"*{SUFFIX}")):
+        try:
+            result = CellResult.read(path)
+        except DamagedRecordError as error:
+            damaged.append(str(error))
+            continue
+        configuration = result.document
+        document = configuration["experiment"]
+        if isinstance(experiments, dict) and document["name"] not in experiments:
+            continue  # of another study that was here
+        experiment = Experiment.from_document(document)
+        training = {n: x for n, x in configuration.items() if n not in NOT_OF_THE_TRAINING}
+        controllers += [
+            (
+                path,
+                SavedController(
+                    experiment.system,
+                    np.asarray(weights, float),
+                    experiment.name,
+                    experiment,
+                    training={**training, "seed": seed},
+                    software=result.software,
+                ),
+            )
+            for seed, weights in zip(configuration["seeds"], result.arrays["weights"], strict=True)
+        ]
+    if not controllers:
+        raise TegotaeError(f"{folder} has no record that is whole: {'; '.join(damaged) or 'none'}")
+    return tuple(controllers)
 
 
 class _ControllerFile(msgspec.Struct):

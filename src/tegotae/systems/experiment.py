@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,11 +15,12 @@ from tegotae.measures.evaluation import Protocol
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.bodies import Hopper
+from tegotae.parts.fields import replace
 from tegotae.simulation.checks.passive import check_passive
 from tegotae.simulation.draws import check_conditions, check_releases
 from tegotae.simulation.world import OMEGA, Condition, Scenario
 from tegotae.systems.descriptions import UsersPartError, check_kept, describe, restore
-from tegotae.systems.system import FIELDS, OnSystem, System
+from tegotae.systems.system import OnSystem, System
 
 GAINS = np.linspace(0.1, 12.0, 240)
 """Values of σ that are tried on the paper's hopper [rad/(s N)]."""
@@ -55,12 +55,15 @@ class Experiment(OnSystem):
 
     Example:
         >>> from tegotae import Hopper
-        >>> from tegotae.systems.models import find
-        >>> experiment = find("ART").experiment(body=Hopper(mass_kg=0.12))
+        >>> from tegotae.systems.recipe import recipe
+        >>> experiment = recipe("ART").experiment(body=Hopper(mass_kg=0.12))
         >>> experiment.name, experiment.system.omega, experiment.controller.n_weights
         ('ART-rF-tphif-w8', 8.0, 96)
         >>> Experiment.from_document(experiment.document) == experiment
         True
+        >>> from tegotae.parts.fields import replace
+        >>> replace(experiment, {"height_m": 1.1}).system.release.height_m
+        1.1
     """
 
     name: str
@@ -97,26 +100,6 @@ class Experiment(OnSystem):
             ]
             omegas = cast(tuple[float, ...], varied[0] if varied else (self.omega,))
             self.objective.check_frequencies(min(omegas), max(omegas))
-
-    def replaced(self, **changes: object) -> Experiment:
-        """The experiment with other fields, its own or those of its system and release.
-
-        Args:
-            changes: by the names of the fields of `Experiment`, `System` and `Release`.
-
-        Raises:
-            TegotaeError: for what does not fit together.
-
-        Example:
-            >>> from tegotae.systems.models import find
-            >>> find("ART").experiment().replaced(height_m=1.1).system.release.height_m
-            1.1
-        """
-        of_system = {name: changes.pop(name) for name in list(changes) if name in FIELDS}
-        if of_system:
-            system = cast(System, changes.get("system", self.system))
-            changes["system"] = system.replaced(of_system)
-        return dataclasses.replace(self, **changes)
 
     def check(self) -> None:
         """See, before long work starts, that there is something to train, on a body that can hop,
@@ -158,11 +141,13 @@ class Experiment(OnSystem):
         """Experiments whose mean fitness a search for the gain maximises, one a frequency."""
         if self.omega is None:
             return (self,)
-        return tuple(self.replaced(omega=self.omega + offset) for offset in self.search_offsets)
+        return tuple(
+            replace(self, {"omega": self.omega + offset}) for offset in self.search_offsets
+        )
 
     def without_frequency(self) -> Experiment:
         """Return the experiment whose objective does not reward a frequency."""
-        return self.replaced(objective=self.objective.without_frequency())
+        return replace(self, {"objective": self.objective.without_frequency()})
 
     @property
     def task(self) -> None:

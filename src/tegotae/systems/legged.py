@@ -1,36 +1,23 @@
-"""Systems with several legs, those of the package by name."""
+"""Systems with several legs, with their weights."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
-import tomllib
-from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
 from typing import Any, TypeVar
 
 import jax
-import msgspec
 import numpy as np
 
-from tegotae._support import documents
-from tegotae._support.documents import Json
-from tegotae._support.errors import TegotaeError, require_count, require_finite, unknown
+from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.measures.gaits.names import leg_names, reference_leg
 from tegotae.measures.gaits.summary import CoordinationSummary
 from tegotae.parts._shapes import AnyArray, ArrayTree, LaneNumbers
-from tegotae.parts.bodies import Bar, Body, Interface, Plate, Sensors, Walker
-from tegotae.parts.fields import unwrapped
-from tegotae.parts.terms.foot import EllipticFoot
-from tegotae.parts.terrains import Terrain
+from tegotae.parts.bodies import Body, Interface, Sensors, Walker
+from tegotae.parts.fields import replace, unwrapped
 from tegotae.simulation.rollout import Rollout, Scenario, Summary, Timing
-from tegotae.systems.descriptions import restore
-from tegotae.systems.models import build
-from tegotae.systems.registry import kinds_of
-from tegotae.systems.system import WALKING, WALKING_TICK, OnSystem, System, usual_system
-from tegotae.systems.user_objects import is_reference, load_object
+from tegotae.systems.system import WALKING, OnSystem, System
 
 S = TypeVar("S", bound=CoordinationSummary)
 T = TypeVar("T")
@@ -54,9 +41,9 @@ class Legged(OnSystem):
     Example:
         >>> import dataclasses
         >>> from tegotae import System
-        >>> from tegotae.systems.models import build
+        >>> from tegotae.systems.recipe import recipe
         >>> from tegotae.parts.bodies import Bar
-        >>> legs = dataclasses.replace(build("V-sector-w8"), limbs=2)
+        >>> legs = dataclasses.replace(recipe("V-sector-w8").controller(), limbs=2)
         >>> under_bar = System(controller=legs, body=Bar(), omega=8.0)
         >>> Legged(about="a bar", system=under_bar, weights=(1.0,)).names
         ('H', 'F')
@@ -111,7 +98,7 @@ class Legged(OnSystem):
         if omega is not None:
             if self.omega is None:
                 raise TegotaeError("the controller has no oscillator, and so no omega")
-            changed = changed.replaced(omega=omega)
+            changed = replace(changed, {"omega": omega})
         if sigma is not None:
             require_finite("sigma", sigma)
             if len(self.weights) != 1:
@@ -121,21 +108,6 @@ class Legged(OnSystem):
                 )
             changed = dataclasses.replace(changed, weights=(sigma,))
         return changed
-
-    def with_body(self, body: Body) -> Legged:
-        """The same with another body, released as high over where its legs touch the ground.
-
-        Raises:
-            TegotaeError: for a body that does not go with the rest, or cannot hop from there.
-
-        Example:
-            >>> from tegotae.systems.resolve import legged_system as system
-            >>> found = system("quadruped-c")
-            >>> higher = found.with_body(dataclasses.replace(found.body, com_z_m=-0.3))
-            >>> higher.system.release.height_m > found.system.release.height_m
-            True
-        """
-        return dataclasses.replace(self, system=self.system.on(body))
 
     def scenario(self, phase_rad: LaneNumbers, **entries: LaneNumbers) -> Scenario:
         """A release.
@@ -206,166 +178,6 @@ def lanes_of(result: T) -> T:
 
 HOPPING_S = 60.0
 """Time in which legs that hop under a bar or a plate settle [s]."""
-LIGHT, HEAVY = 0.6, 1.6
-"""Inertia ratios on either side of 1, where the legs do not feel each other."""
-
-
-def hopping(description: str, body: Body) -> Legged:
-    """The paper's legs under a bar or a plate; sector, ω 8, σ 1.
-
-    Lags are measured from the (left) hind leg.
-
-    Args:
-        description: the system in one line.
-        body: a bar or a plate.
-    """
-    controller = dataclasses.replace(build("V-sector-w8"), limbs=body.limbs)
-    system = System(
-        controller=controller, body=body, omega=8.0, timing=Timing(duration_s=HOPPING_S)
-    )
-    return Legged(about=description, system=system, weights=(1.0,))
-
-
-def bar(inertia_ratio: float) -> Legged:
-    """Two of the paper's legs under a bar."""
-    description = f"two hopper legs under a bar, j = {inertia_ratio:g}"
-    return hopping(description, Bar(inertia_ratio=inertia_ratio))
-
-
-def plate(pitch: float, roll: float, twist: float | None = None) -> Legged:
-    """Four of them under a plate with these inertia ratios, and a limp spine if it twists.
-
-    Args:
-        pitch: inertia ratio j_p.
-        roll: inertia ratio j_r.
-        twist: inertia ratio j_t; None for a rigid spine.
-    """
-    twisting = "" if twist is None else f", j_t = {twist:g}"
-    return hopping(
-        f"four hopper legs under a plate, j_p = {pitch:g}, j_r = {roll:g}{twisting}",
-        Plate(pitch_inertia_ratio=pitch, roll_inertia_ratio=roll, twist_inertia_ratio=twist),
-    )
-
-
-def walking(
-    description: str,
-    body: Body,
-    foot: EllipticFoot,
-    sigma: float,
-    omega: float,
-    tick: float = WALKING_TICK,
-) -> Legged:
-    """A torso on legs whose feet go round ellipses; each leg's oscillator feels its own load.
-
-    Dimensionless: l0 = m = g = 1. It begins on its feet, at rest; lags are measured from the left
-    hind leg, or the first one where there is none.
-
-    Args:
-        description: the system in one line.
-        body: the torso and where its legs are, a `Walker`, perhaps in wrappers.
-        foot: the ellipse.
-        sigma: gain σ [rad/(s N)].
-        omega: frequency ω [rad/s].
-        tick: control tick [√(l0 / g)].
-    """
-    controller = dataclasses.replace(build("V-sector-w8"), actuation=foot, limbs=body.limbs)
-    system = usual_system(controller, body, omega, tick)
-    return Legged(about=description, system=system, weights=(sigma,))
-
-
-class _WalkerDocument(msgspec.Struct, forbid_unknown_fields=True):
-    about: str
-    sigma: float
-    omega: float
-    foot: dict[str, Json]
-    body: dict[str, Json] = {}
-    senses: dict[str, Json] | None = None
-    ticks: float = 1.0
-
-
-def walker_of(document: object) -> Legged:
-    """The walker of plain values, such as an entry of `walkers.toml`.
-
-    Args:
-        document: `about`, `sigma`, `omega`, and the fields of its `foot` and its `body`; `senses`
-            those of `Sensors`, if they are late or noisy; `ticks` is its control tick over that of
-            others.
-
-    Raises:
-        TegotaeError: for an entry that is missing, unknown or out of its range.
-
-    Example:
-        >>> walker_of({"about": "mine", "sigma": 1.0, "omega": 2.0, "foot": {}}).names
-        ('LF', 'RF', 'LH', 'RH')
-    """
-    fields = documents.fitted(document, _WalkerDocument)
-    require_finite("sigma", fields.sigma)
-    body: dict[str, Json] = {**fields.body, "kind": "Walker"}
-    if fields.senses is not None:
-        body = {"body": body, **fields.senses, "kind": "Sensors"}
-    return walking(
-        fields.about,
-        restore(body, Body, "body"),
-        restore({**fields.foot, "kind": "EllipticFoot"}, EllipticFoot, "foot"),
-        fields.sigma,
-        fields.omega,
-        WALKING_TICK * fields.ticks,
-    )
-
-
-def is_walker_file(name: str) -> bool:
-    """Return whether a name is that of a walker's own file, TOML."""
-    return name.endswith(".toml")
-
-
-def _of_file(path: Path) -> Legged:
-    try:
-        return walker_of(documents.read(path))
-    except FileNotFoundError:
-        raise TegotaeError(f"there is no file {path}") from None
-    except TegotaeError as error:
-        raise TegotaeError(f"{path} is no walker: {error}") from None
-
-
-_WALKERS = tomllib.loads(Path(__file__).with_name("walkers.toml").read_text(encoding="utf-8"))
-
-
-SYSTEMS: dict[str, Callable[[], Legged]] = {
-    "bar-light": lambda: bar(LIGHT),
-    "bar-heavy": lambda: bar(HEAVY),
-    "plate-light-pitch": lambda: plate(LIGHT, HEAVY),
-    "plate-light-roll": lambda: plate(HEAVY, LIGHT),
-    "plate-light-both": lambda: plate(LIGHT, LIGHT),
-    "plate-heavy": lambda: plate(HEAVY, HEAVY),
-    "plate-light-twist": lambda: plate(HEAVY, HEAVY, LIGHT),
-    **{name: partial(walker_of, entry) for name, entry in _WALKERS.items()},
-}
-"""Factories of the named systems."""
-
-
-def system(name: str) -> Legged:
-    """A legged system, as designs are made upon; `tegotae.systems.resolve` takes all other names.
-
-    Args:
-        name: of `SYSTEMS`; `FILE.toml`, a walker as in `walkers.toml`; or `FILE.py:OBJECT` or
-            `MODULE:OBJECT`, a `Legged`.
-
-    Raises:
-        TegotaeError: for an unknown name, a damaged file, an object of another kind, or a body of
-            one leg.
-
-    Example:
-        >>> system("bar-light").body.inertia_ratio, system("quadruped-c").names
-        (0.6, ('LF', 'RF', 'LH', 'RH'))
-    """
-    if name in SYSTEMS:
-        return SYSTEMS[name]()
-    if is_walker_file(name):
-        return _of_file(Path(name))
-    if is_reference(name):
-        return load_object(name, Legged, "legged system")
-    error = unknown("legged system", name, SYSTEMS)
-    raise TegotaeError(f"{error} FILE.py:OBJECT names one of your own")
 
 
 def settling(system: System, weights: LaneNumbers, description: str = "") -> Legged:
@@ -401,33 +213,6 @@ _MOST_LATE = 1000
 """The longest delay of the senses [control ticks]: all of it is kept."""
 
 
-def terrain_of(words: Sequence[str]) -> Terrain:
-    """The ground that some words name: its kind, and numbers of it.
-
-    Raises:
-        TegotaeError: for a kind or a number that there is not.
-
-    Example:
-        >>> terrain_of(["slope", "along=0.1"])
-        Slope(along=0.1, across=0.0)
-    """
-    kind, numbers = words[0], assignments("--terrain", words[1:])
-    if is_reference(kind):
-        terrain = load_object(kind, Terrain, "terrain")
-    else:
-        terrains = {
-            name.lower(): terrain_class for name, terrain_class in kinds_of(Terrain).items()
-        }
-        if kind.lower() not in terrains:
-            raise unknown("terrain", kind, terrains)
-        terrain = terrains[kind.lower()]()  # pyright: ignore[reportAbstractUsage] - no abstract one is known
-    names = [field.name for field in dataclasses.fields(terrain)]  # type: ignore[arg-type]
-    for name in numbers:
-        if name not in names:
-            raise unknown(f"number of the terrain {kind}", name, names)
-    return dataclasses.replace(terrain, **numbers)  # type: ignore[type-var]
-
-
 def felt(legged: Legged, delay_s: float, noise: float) -> Body:
     """The body of a system, felt late and with noise.
 
@@ -448,23 +233,3 @@ def felt(legged: Legged, delay_s: float, noise: float) -> Body:
             f"{_MOST_LATE * legged.timing.tick_s:g}"
         )
     return Sensors(body=legged.body, delay_s=delay_s, noise=noise, most_ticks=ticks)
-
-
-def assignments(option: str, texts: Iterable[str]) -> dict[str, float]:
-    """Names and numbers, each name once.
-
-    Args:
-        option: that the texts are of, for errors.
-        texts: NAME=NUMBER each.
-    """
-    values: dict[str, float] = {}
-    for text in texts:
-        name, _, value = text.partition("=")
-        try:
-            number = float(value)
-        except ValueError:
-            raise TegotaeError(f"{option} {text} sets nothing; write NAME=NUMBER") from None
-        if name in values:
-            raise TegotaeError(f"{option} names {name} twice; give it one value")
-        values[name] = number
-    return values

@@ -2,9 +2,8 @@
 
 A name is one of
 
-- a model of the paper, an architecture, or either with an oscillator: `ART-rF-tphif-w8`, `ART`,
-  `ART+hopf`;
-- a design for a body with legs: `AR@quadruped-c`;
+- a recipe (`tegotae.systems.recipe`), on the paper's hopper or on legs: `ART-rF-tphif-w8`, `ART`,
+  `ART+hopf`, `latch-w4`, `AR@quadruped-c`;
 - a legged system: `quadruped-c`, or a walker's own file (.toml), such as a template of a robot;
 - a law on a robot's file: `zoo:AR-rF+range@go1.toml`;
 - a preset of a hopper with a vanilla controller, whose actuation and oscillator may be others:
@@ -16,7 +15,7 @@ A name is one of
 - `FILE.py:OBJECT` or `MODULE:OBJECT`: a System, an Experiment or a list of them, a SavedController
   or a Legged.
 
-A folder that is called as a model or a design is, and holds controllers, has their weights.
+A folder that is called as a recipe is, and holds controllers, has their weights.
 """
 
 from __future__ import annotations
@@ -24,6 +23,7 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import os
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,84 +35,57 @@ from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError, Json, JsonObject
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.files import require_short
-from tegotae._support.workplace import is_earlier
 from tegotae.parts.bodies import Body, Interface
-from tegotae.parts.oscillators import PHASE, Oscillator, oscillator_named
+from tegotae.parts.oscillators import PHASE
 from tegotae.systems import controller_file, zoo
-from tegotae.systems.controller_file import SavedController
-from tegotae.systems.designs import Design, design, is_design
-from tegotae.systems.experiment import Experiment
-from tegotae.systems.grammar import BUDGET
-from tegotae.systems.laws import LAWS, ShortLaw, short_law
-from tegotae.systems.legged import (
-    SYSTEMS,
-    Legged,
-    is_walker_file,
-    require_legs,
-    settling,
-    system as legged_by_name,
+from tegotae.systems.controller_file import (
+    SavedController,
+    controller_files,
+    controllers_of_study,
+    is_study,
 )
-from tegotae.systems.models import PRESETS, Model, all_models, at_another_omega, find, preset
-from tegotae.systems.robot_file import law_on_robot
-from tegotae.systems.study_records import controllers_of_study, is_study
-from tegotae.systems.system import Release, System
+from tegotae.systems.env_documents import is_robot_file, robot_document
+from tegotae.systems.experiment import Experiment
+from tegotae.systems.legged import Legged, require_legs, settling
+from tegotae.systems.parts_by_name import oscillator_called
+from tegotae.systems.recipe import architectures, find_recipe, study_recipes
+from tegotae.systems.registry import is_reference, load_object
+from tegotae.systems.system import System
+from tegotae.systems.term_sets import BUDGET, LAWS
 from tegotae.systems.tuned import front_walker, is_front_name
-from tegotae.systems.user_objects import is_reference, load_object
+from tegotae.systems.vanilla import PRESETS, SYSTEMS, is_walker_file, legged_named, preset
 from tegotae.systems.zoo import is_zoo_name
 
 
-@dataclass(frozen=True, kw_only=True)
-class Resolved:
-    """Resolved name: systems with weights, or experiments without.
+class Resolved(ABC):
+    """Meaning of a name: one of `Trained`, `Untrained` and `Bare`.
 
     Args:
         name: as it was given.
-        controllers: systems with their weights, and where each is from.
-        experiments: what can be trained by this name.
-        legged: of a legged system by name, or of a user's own, whose legs it names.
-        system: of a user's System alone, which has no weights.
     """
 
     name: str
-    controllers: tuple[tuple[Path, SavedController], ...] = ()
-    experiments: tuple[Experiment, ...] = ()
-    legged: Legged | None = None
-    system: System | None = None
 
     @property
-    def is_untrained(self) -> bool:
-        """True if it is to be trained, and has no weights."""
-        return bool(self.experiments) and not self.controllers
-
-    @property
+    @abstractmethod
     def body(self) -> Body | Interface:
         """The body, or the interface of limbs elsewhere; of several systems that of the first."""
-        systems = [self.system, *(saved.system for _, saved in self.controllers)]
-        systems += [experiment.system for experiment in self.experiments]
-        return next(system.body for system in systems if system is not None)
 
+    @abstractmethod
     def weighted(self) -> tuple[tuple[Path, SavedController], ...]:
-        """The controllers with their weights.
+        """The controllers with their weights, and where each is from.
 
         Raises:
             TegotaeError: if there are none, with what has some.
         """
-        if self.controllers:
-            return self.controllers
-        for experiment in self.experiments[:1]:
-            name = experiment.name
-            files = is_reference(self.name) or is_walker_file(self.name)
-            trained = self.name if files else name
-            ready = f"{zoo.PREFIX}{name}"
-            remedy = f"take {ready}, or train it" if ready in zoo.zoo_names() else "first"
-            raise TegotaeError(
-                f"{name} has weights to train and no file was given; "
-                f"{remedy}: tegotae train {trained} --out FOLDER"
-            )
-        raise TegotaeError(
-            f"{self.name} is a System, which has no weights; make a SavedController or a Legged "
-            "of it, which has"
-        )
+
+    @abstractmethod
+    def experiment(self) -> Experiment:
+        """The one experiment.
+
+        Raises:
+            TegotaeError: if it says nothing of what is to be trained, or of several.
+        """
 
     def controller(self) -> SavedController:
         """The one controller.
@@ -133,54 +106,139 @@ class Resolved:
             )
         return saved
 
-    def experiment(self) -> Experiment:
-        """The one experiment.
-
-        Raises:
-            TegotaeError: if it says nothing of what is to be trained, or of several.
-        """
-        if len(self.experiments) == 1:
-            return self.experiments[0]
-        if self.experiments:
-            raise TegotaeError(f"{self.name} holds {len(self.experiments)} experiments; name one")
-        if self.legged is not None:
-            reason = "which has nothing to learn"
-            hint = f"; name a design upon it, such as AR@{self.name}"
-        else:
-            reason, hint = "which does not say what is to be trained", ""
-        kind = "legged system" if self.legged else "System" if self.system else "controller"
-        raise TegotaeError(
-            f"{self.name} is no experiment: it is a {kind}, {reason}{hint or _SUCH_AS}"
-        )
-
     def legs(self) -> Legged:
         """The one legged system with its weights, timed so that it settles whatever its release.
 
         Raises:
             TegotaeError: if it has one leg, no weights, or several.
         """
-        if self.legged is not None:
-            return self.legged
         require_legs(self.body)
         saved = self.controller()
         return settling(saved.system, saved.weights, saved.name or Path(self.name).stem)
 
 
-_SUCH_AS = "; name a model such as ART, or an Experiment, FILE.py:OBJECT"
+@dataclass(frozen=True)
+class Trained(Resolved):
+    """Systems with weights.
+
+    Args:
+        name: as it was given.
+        controllers: systems with their weights, and where each is from.
+        legged: of a legged system by name, or of a user's own, whose legs it names.
+    """
+
+    name: str
+    controllers: tuple[tuple[Path, SavedController], ...]
+    legged: Legged | None = None
+
+    @property
+    def body(self) -> Body | Interface:
+        """The body of the first."""
+        return self.controllers[0][1].system.body
+
+    def weighted(self) -> tuple[tuple[Path, SavedController], ...]:
+        """The controllers."""
+        return self.controllers
+
+    def experiment(self) -> Experiment:
+        """The experiment that all of them were trained in."""
+        trained = [saved.experiment for _, saved in self.controllers]
+        first = trained[0]
+        if first is not None and all(experiment == first for experiment in trained):
+            return first
+        if self.legged is None:
+            raise _no_experiment(self.name, "controller")
+        raise TegotaeError(
+            f"{self.name} is no experiment: it is a legged system, which has nothing to learn; "
+            f"name terms upon it, such as AR@{self.name}"
+        )
+
+    def legs(self) -> Legged:
+        """The legged system of its name, or that of its controller."""
+        return super().legs() if self.legged is None else self.legged
 
 
-def resolve(name: str | Path | Named, *, budget: int | None = None) -> Resolved:
+@dataclass(frozen=True)
+class Untrained(Resolved):
+    """Experiments without weights, which can be trained.
+
+    Args:
+        name: as it was given.
+        experiments: the experiments.
+    """
+
+    name: str
+    experiments: tuple[Experiment, ...]
+
+    @property
+    def body(self) -> Body | Interface:
+        """The body of the first."""
+        return self.experiments[0].system.body
+
+    def weighted(self) -> tuple[tuple[Path, SavedController], ...]:
+        """Raise `TegotaeError` with what has weights."""
+        name = self.experiments[0].name
+        files = is_reference(self.name) or is_walker_file(self.name)
+        trained = self.name if files else name
+        ready = f"{zoo.PREFIX}{name}"
+        remedy = f"take {ready}, or train it" if ready in zoo.zoo_names() else "first"
+        raise TegotaeError(
+            f"{name} has weights to train and no file was given; "
+            f"{remedy}: tegotae train {trained} --out FOLDER"
+        )
+
+    def experiment(self) -> Experiment:
+        """The one experiment."""
+        if len(self.experiments) > 1:
+            raise TegotaeError(f"{self.name} holds {len(self.experiments)} experiments; name one")
+        return self.experiments[0]
+
+
+@dataclass(frozen=True)
+class Bare(Resolved):
+    """User's System alone, which has no weights, and does not say what is to be trained.
+
+    Args:
+        name: as it was given.
+        system: the system.
+    """
+
+    name: str
+    system: System
+
+    @property
+    def body(self) -> Body | Interface:
+        """The system's body."""
+        return self.system.body
+
+    def weighted(self) -> tuple[tuple[Path, SavedController], ...]:
+        """Raise `TegotaeError` with what has weights."""
+        raise TegotaeError(
+            f"{self.name} is a System, which has no weights; make a SavedController or a Legged "
+            "of it, which has"
+        )
+
+    def experiment(self) -> Experiment:
+        """Raise `TegotaeError` with what is an experiment."""
+        raise _no_experiment(self.name, "System")
+
+
+def _no_experiment(name: str, kind: str) -> TegotaeError:
+    return TegotaeError(
+        f"{name} is no experiment: it is a {kind}, which does not say what is to be trained; name "
+        "a model such as ART, or an Experiment, FILE.py:OBJECT"
+    )
+
+
+def resolve(name: str | Path | Named) -> Trained | Untrained | Bare:
     """Resolve a name.
 
     Args:
         name: see this module; or an object such as it can mean.
-        budget: largest number of trained parameters, of a model or a design; the paper's by
-            default.
 
     Raises:
         TegotaeError: for a name that means nothing, with the nearest ones; a file that is damaged
-            or not ours; a folder without controllers; or a budget for what has a controller of
-            its own.
+            or not ours; or a folder without controllers.
 
     Example:
         >>> resolve("ART").experiment().name, resolve("quadruped-c").legs().names
@@ -193,20 +251,16 @@ def resolve(name: str | Path | Named, *, budget: int | None = None) -> Resolved:
     name = str(name)
     if (on_robot := law_on_robot(name)) is not None:
         return _of_robot(name, *on_robot)
-    law = short_law(name)
-    if law is not None or is_design(name) or _is_model(name):
-        experiment = recipe(name).experiment(budget=BUDGET if budget is None else budget)
-        return Resolved(name=name, controllers=_beside(name), experiments=(experiment,))
-    if budget is not None:
-        raise TegotaeError(
-            f"--budget sizes the networks of the paper's models; {name} has a controller of its own"
-        )
+    if (specification := find_recipe(name)) is not None:
+        if Path(name).is_dir() and (controllers := _controllers_in(Path(name))):
+            return Trained(name, controllers)
+        return Untrained(name, (specification.experiment(),))
     if is_zoo_name(name):
         return _of_zoo(name)
     if is_front_name(name):
         return _of_object(name, front_walker(name))
     if name in SYSTEMS or is_walker_file(name):
-        return _of_object(name, legged_by_name(name))
+        return _of_object(name, legged_named(name))
     path = Path(name)
     if is_vanilla(name) and not path.exists():
         return _of_object(name, vanilla(name))
@@ -217,28 +271,59 @@ def resolve(name: str | Path | Named, *, budget: int | None = None) -> Resolved:
         return _of_folder(name, path)
     if path.exists() or path.suffix or os.sep in name:
         return _of_file(name, path)
-    names = [*_architectures(), *all_models(), *LAWS, *SYSTEMS, *PRESETS]
+    names = [*architectures(), *study_recipes(), *LAWS, *SYSTEMS, *PRESETS]
     raise unknown("model or system", name, names)
 
 
-Recipe = Model | ShortLaw | Design
-"""Controller to be trained: `controller()` makes it, and `experiment()` its training."""
+_WALKER = "quadruped-c"
+"""Walker whose laws fit on legs without more words."""
 
 
-def recipe(name: str) -> Recipe:
-    """Return the recipe of a controller to be trained.
-
-    Args:
-        name: a model of the paper, an architecture, a short law, or a design for legs.
+def law_on_robot(name: str) -> tuple[str, str] | None:
+    """Return the law and the robot's file of a name `LAW@FILE.toml`; None for another name.
 
     Raises:
-        TegotaeError: for an unknown name, with the nearest ones.
+        TegotaeError: for a robot's file without a law, or a damaged one.
 
     Example:
-        >>> recipe("V-reflex-w8").controller().n_weights, recipe("AR@quadruped-c").name
-        (1, 'AR-rF@quadruped-c')
+        >>> law_on_robot("AR@quadruped-c") is None
+        True
     """
-    return short_law(name) or (design(name) if is_design(name) else find(name))
+    law, _, file = name.rpartition("@")
+    if not is_robot_file(file):
+        return None
+    on_legs = robot_document(file).on_legs
+    if not law:
+        such_as = "AR" if on_legs else "ART"
+        raise TegotaeError(
+            f"{file} is a robot, without a law; name one on it, such as {such_as}@{file}"
+        )
+    has_body = "@" in law or law in SYSTEMS or is_front_name(law) or os.path.exists(law)
+    if on_legs and not has_body and (is_zoo_name(law) or not is_reference(law)):
+        law = f"{law}@{_WALKER}"
+    return law, file
+
+
+def experiment_of(name: str | Path | Named, budget: int | None = None) -> Experiment:
+    """Return the experiment of a name; of a recipe also where a folder of this name has weights.
+
+    Args:
+        name: as of `resolve`.
+        budget: largest number of trained parameters, of a recipe; the paper's by default.
+
+    Raises:
+        TegotaeError: for a name that says nothing of what is to be trained, or a budget for what
+            has a controller of its own.
+    """
+    if isinstance(name, (str, Path)) and law_on_robot(str(name)) is None:
+        if (specification := find_recipe(str(name))) is not None:
+            return specification.experiment(budget=BUDGET if budget is None else budget)
+        if budget is not None:
+            raise TegotaeError(
+                f"--budget sizes the networks of the paper's models; {name} has a controller of "
+                "its own"
+            )
+    return resolve(name).experiment()
 
 
 def legged_system(name: str) -> Legged:
@@ -280,34 +365,10 @@ def vanilla(name: str) -> SavedController:
     """
     base, _, of_oscillator = name.partition("+")
     preset_name, _, actuation = base.partition("-")
-    source = preset(preset_name)
-    oscillator = oscillator_called(of_oscillator or PHASE)
-    system = System(
-        controller=source.controller(actuation or source.actuation, oscillator),
-        body=source.hopper,
-        omega=source.omega_rad_per_s,
-        release=Release(height_m=source.height_m),
-    )
+    source, oscillator = preset(preset_name), oscillator_called(of_oscillator or PHASE)
     # A trained oscillator's weights are zero where it is the one that it starts from.
-    return SavedController(system, np.array([source.sigma, *[0.0] * oscillator.n_weights]), name)
-
-
-def oscillator_called(name: str) -> Oscillator:
-    """The oscillator of a name, or a user's own, `FILE.py:OBJECT`."""
-    if is_reference(name):
-        return load_object(name, Oscillator, "oscillator")
-    return oscillator_named(name)
-
-
-def controller_files(folder: Path) -> list[Path]:
-    """The controller files in a folder and its subfolders; other documents are passed over, and
-    what was set aside for a new beginning.
-
-    Raises:
-        TegotaeError: if a file may be a controller's and cannot be read: empty, cut short, without
-            permission.
-    """
-    return [file for file in _json_files(folder) if _is_controller(file)]
+    weights = np.array([source.sigma, *[0.0] * oscillator.n_weights])
+    return SavedController(source.system(actuation or source.actuation, oscillator), weights, name)
 
 
 Named = SavedController | Experiment | System | Legged | Sequence[Experiment]
@@ -315,52 +376,55 @@ Named = SavedController | Experiment | System | Legged | Sequence[Experiment]
 _KINDS = (SavedController, Experiment, System, Legged, list, tuple)
 
 
-def _of_object(name: str, value: object) -> Resolved:
+def _of_object(name: str, value: object) -> Trained | Untrained | Bare:
     if isinstance(value, Legged):
         saved = SavedController(value.system, np.array(value.weights), name)
-        return Resolved(name=name, controllers=((Path(name), saved),), legged=value)
+        return Trained(name, ((Path(name), saved),), value)
     if isinstance(value, SavedController):
         value = dataclasses.replace(value, name=value.name or name.rpartition(":")[2])
-        return _with_weights(name, ((Path(name), value),))
-    if isinstance(value, Experiment):
-        return Resolved(name=name, experiments=(value,))
+        return Trained(name, ((Path(name), value),))
     if isinstance(value, System):
-        return Resolved(name=name, system=value)
+        return Bare(name, value)
     experiments: list[Experiment] = []
-    for item in cast(Iterable[object], value):
+    for item in [value] if isinstance(value, Experiment) else cast(Iterable[object], value):
         if not isinstance(item, Experiment):
             raise TegotaeError(f"{name} holds a {type(item).__name__}, which is no experiment")
         experiments.append(item)
-    return Resolved(name=name, experiments=tuple(experiments))
+    if not experiments:
+        raise TegotaeError(f"{name} holds no experiments")
+    return Untrained(name, tuple(experiments))
 
 
-def _of_robot(name: str, law: str, robot: str) -> Resolved:
+def _of_robot(name: str, law: str, robot: str) -> Trained | Untrained | Bare:
     """A controller from elsewhere on a robot; its file is read by a room above this one."""
     saved = dataclasses.replace(resolve(law), name=name).controller()
     transfer = importlib.import_module("tegotae.training.environments.transfer")
     return _of_object(name, transfer.on_robot(saved, robot))
 
 
-def _of_zoo(name: str) -> Resolved:
+def _of_zoo(name: str) -> Trained:
     controllers = [
         (Path(place), controller_file.restored(document, place))
         for place, document in zoo.documents(name)
     ]
-    return _with_weights(name, tuple(controllers))
+    return Trained(name, tuple(controllers))
 
 
-def _of_folder(name: str, folder: Path) -> Resolved:
+def _of_folder(name: str, folder: Path) -> Trained | Untrained | Bare:
     if is_study(folder):
-        return _with_weights(name, controllers_of_study(folder))
-    files = controller_files(folder)
-    if files:
-        return _with_weights(name, tuple((file, controller_file.load(file)) for file in files))
+        return Trained(name, controllers_of_study(folder))
+    if controllers := _controllers_in(folder):
+        return Trained(name, controllers)
     if is_vanilla(name):
         return _of_object(name, vanilla(name))
     raise TegotaeError(f"{folder} holds no controller files")
 
 
-def _of_file(name: str, path: Path) -> Resolved:
+def _controllers_in(folder: Path) -> tuple[tuple[Path, SavedController], ...]:
+    return tuple((file, controller_file.load(file)) for file in controller_files(folder))
+
+
+def _of_file(name: str, path: Path) -> Trained | Untrained:
     try:
         experiments = _experiments_in(path)
     except DamagedDocumentError as error:
@@ -368,27 +432,8 @@ def _of_file(name: str, path: Path) -> Resolved:
         complaint = "is damaged" if ours else f"{controller_file.NOT_OURS}, nor of experiments"
         raise TegotaeError(f"{path} {complaint}: {error}") from None
     if experiments is not None:
-        return Resolved(name=name, experiments=experiments)
-    return _with_weights(name, ((path, controller_file.load(path)),))
-
-
-def _with_weights(name: str, controllers: tuple[tuple[Path, SavedController], ...]) -> Resolved:
-    """Controllers, and what they were trained in where they are one training's."""
-    trained = [saved.experiment for _, saved in controllers if saved.experiment is not None]
-    uniform = len(trained) == len(controllers) and all(
-        training == trained[0] for training in trained
-    )
-    return Resolved(
-        name=name, controllers=controllers, experiments=tuple(trained[:1]) if uniform else ()
-    )
-
-
-def _beside(name: str) -> tuple[tuple[Path, SavedController], ...]:
-    """The controllers in a folder that is called as a model or a design."""
-    folder = Path(name)
-    if not folder.is_dir():
-        return ()
-    return tuple((file, controller_file.load(file)) for file in controller_files(folder))
+        return Untrained(name, experiments)
+    return Trained(name, ((path, controller_file.load(path)),))
 
 
 def _experiments_in(path: Path) -> tuple[Experiment, ...] | None:
@@ -412,44 +457,3 @@ def _is_experiment(document: Json) -> TypeGuard[JsonObject]:
     if not isinstance(document, Mapping) or "format" in document:
         return False
     return "name" in document and "system" in document
-
-
-def _is_model(name: str) -> bool:
-    plain = name.partition("+")[0]
-    is_listed = plain in all_models() or plain in _architectures()
-    return is_listed or at_another_omega(plain) is not None
-
-
-def _architectures() -> list[str]:
-    return list(dict.fromkeys(model.architecture for model in all_models().values()))
-
-
-def _json_files(folder: Path) -> list[Path]:
-    """All files in a folder and its subfolders that are named as JSON; none of what was set aside
-    for a new beginning."""
-
-    def refuse(error: OSError) -> None:
-        raise TegotaeError(f"cannot read {error.filename}: {error.strerror}") from None
-
-    return sorted(
-        Path(place, name)
-        for place, _, names in os.walk(folder, onerror=refuse)
-        if not any(map(is_earlier, Path(place).relative_to(folder).parts))
-        for name in names
-        if name.endswith(".json")
-    )
-
-
-def _is_controller(path: Path) -> bool:
-    """Return whether a JSON file is a controller's and no other document.
-
-    Raises:
-        TegotaeError: if that cannot be decided.
-    """
-    try:
-        return controller_file.is_controller(documents.read(path))
-    except FileNotFoundError as error:  # a link to nowhere
-        raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
-    except DamagedDocumentError as error:
-        complaint = f"damaged: {error}" if path.stat().st_size else "empty"
-        raise TegotaeError(f"{path} is {complaint}; remove it from the folder") from None

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Self, cast
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from tegotae.measures.evaluation import Protocol
 from tegotae.parts._shapes import ArrayTree, LaneNumbers
 from tegotae.parts.bodies import Body, Hopper, Interface, Walker
 from tegotae.parts.controller import Controller
-from tegotae.parts.fields import unwrapped
+from tegotae.parts.fields import replace, unwrapped
 from tegotae.parts.oscillators import Oscillator
 from tegotae.simulation.draws import check_scenario
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
@@ -107,6 +106,7 @@ class System:
     """A controller, the body that it drives, their release and their timing.
 
     Every function of a closed loop takes a system, without hidden defaults.
+    `tegotae.parts.fields.replace` changes its fields and those of its release.
 
     Args:
         controller: the structure; its weights are given with the question.
@@ -124,11 +124,13 @@ class System:
             control period that is too long for the body or the oscillator.
 
     Example:
-        >>> from tegotae.systems.models import build
-        >>> hopper = System(controller=build("V-reflex-w8"), omega=8.0)
+        >>> from tegotae.systems.recipe import recipe
+        >>> hopper = System(controller=recipe("V-reflex-w8").controller(), omega=8.0)
         >>> hopper.run([2.0]).height_m.shape
         (1000, 1)
     """
+
+    INSIDE: ClassVar[tuple[str, ...]] = ("release",)
 
     controller: Controller
     body: Body | Interface = field(default_factory=Hopper)
@@ -166,29 +168,6 @@ class System:
             )
         return self.body
 
-    def replaced(self, changes: Mapping[str, object]) -> System:
-        """The system with other fields; names of a release's fields are understood, too.
-
-        Args:
-            changes: by the names of the fields of `System` and `Release`.
-
-        Raises:
-            TegotaeError: for what does not fit together.
-
-        Example:
-            >>> from tegotae.systems.models import build
-            >>> hopper = System(controller=build("V-reflex-w8"), omega=8.0)
-            >>> hopper.replaced({"omega": 6.0, "height_m": 1.1}).release.height_m
-            1.1
-        """
-        overrides = dict(changes)
-        of_release = {name: overrides.pop(name) for name in list(overrides) if name in _OF_RELEASE}
-        if of_release:
-            overrides["release"] = dataclasses.replace(
-                cast(Release, overrides.get("release", self.release)), **of_release
-            )
-        return dataclasses.replace(self, **overrides)
-
     def on(self, body: Body) -> System:
         """The system on another body, released as high over where its legs touch the ground.
 
@@ -197,7 +176,7 @@ class System:
         """
         height_m = self.height_on(body)
         body.check_release(height_m)
-        return self.replaced({"body": body, "height_m": height_m})
+        return replace(self, {"body": body, "height_m": height_m})
 
     def height_on(self, body: Body) -> float:
         """Height that releases another body as high over where its legs touch the ground [m]."""
@@ -235,11 +214,10 @@ class System:
 
         Example:
             >>> from tegotae.simulation.integrators import Hold
-            >>> from tegotae.systems.models import build
+            >>> from tegotae.systems.recipe import recipe
             >>> held = Timing(tick_s=0.008, frame_s=0.016)
-            >>> robot = System(
-            ...     controller=build("V-reflex-w8"), omega=8.0, timing=held, integrator=Hold()
-            ... )
+            >>> reflex = recipe("V-reflex-w8").controller()
+            >>> robot = System(controller=reflex, omega=8.0, timing=held, integrator=Hold())
             >>> f"{robot.timing_over(40.0).frame_s:g}"
             '0.016'
         """
@@ -292,6 +270,8 @@ class OnSystem:
     """An object with a system, which exposes the system's controller, body, frequency and
     timing."""
 
+    INSIDE: ClassVar[tuple[str, ...]] = ("system",)
+
     system: System
 
     @property
@@ -314,18 +294,20 @@ class OnSystem:
         """Duration, control period and recording period of an episode."""
         return self.system.timing
 
-    def replaced(self, **changes: object) -> Self:
-        """The same in another system: other fields of the system or its release.
+    def on(self, body: Body) -> Self:
+        """The same on another body, released as high over where its legs touch the ground.
 
         Raises:
-            TegotaeError: for what does not fit together.
+            TegotaeError: for a body that does not go with the rest, or cannot hop from there.
+
+        Example:
+            >>> from tegotae.systems.vanilla import legged_named
+            >>> walker = legged_named("quadruped-c")
+            >>> higher = walker.on(dataclasses.replace(walker.body, com_z_m=-0.3))
+            >>> higher.system.release.height_m > walker.system.release.height_m
+            True
         """
-        return dataclasses.replace(self, system=self.system.replaced(changes))  # type: ignore[type-var]
-
-
-_OF_RELEASE = {field.name for field in dataclasses.fields(Release)}
-FIELDS = frozenset({field.name for field in dataclasses.fields(System)} | _OF_RELEASE)
-"""Names that `System.replaced` takes."""
+        return replace(self, {"system": self.system.on(body)})
 
 
 def usual_system(

@@ -10,20 +10,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite, unknown
+from tegotae._support.limits import MOST_WEIGHTS
 from tegotae._support.tables import parse_number
 from tegotae.measures.fronts import NEAR, front
 from tegotae.measures.gaits.names import patterns_for
-from tegotae.parts.controller import Controller, Tegotae
+from tegotae.parts.controller import Controller
+from tegotae.parts.fields import replace
 from tegotae.parts.terms import (
     ConstantGain,
     EllipticFoot,
     OffsetAction,
     TunedFoot,
     VanillaAction,
-    VanillaReaction,
 )
 from tegotae.simulation.rollout import Scenario
-from tegotae.systems.legged import Legged, random_phases, system
+from tegotae.systems.legged import Legged, random_phases
+from tegotae.systems.term_sets import ShortLaw, ellipse_of
+from tegotae.systems.vanilla import legged_named
 
 Numbers = Mapping[str, np.ndarray]
 """Numbers of walkers by name, [walkers]."""
@@ -68,11 +71,11 @@ _ELLIPSE = {"press": Range(0.001, 0.1), "shift": Range(-0.6, 1.6, even=True)}
 
 
 @dataclass(frozen=True)
-class TunedFamily:
-    """Controller of a walker's legs, with its tuned parameters.
+class FrontFamily:
+    """Search space of a front: a law of a walker's legs, and the ranges of its numbers.
 
     Args:
-        name: of `families`.
+        name: of `front_families`.
         ranges: of its free numbers; the others are those of the system.
         action: "vanilla" or "cosine".
         lags: the lag of each leg [cycles], of legs that are forced into them; None of others.
@@ -86,9 +89,8 @@ class TunedFamily:
     def controller(self, legged: Legged) -> Controller:
         """The controller, with weights for all numbers but the frequency."""
         action = OffsetAction() if self.action == "cosine" else VanillaAction()
-        terms = Tegotae(action, VanillaReaction(), ConstantGain())
-        foot = TunedFoot(feet_ellipse(legged))
-        return dataclasses.replace(legged.controller, actuation=foot, tegotae=terms)
+        law = ShortLaw(name=self.name, action=action, gain=ConstantGain(), step=TunedFoot)
+        return law.controller(legged.system, MOST_WEIGHTS)
 
     def numbers(self, legged: Legged, free: Numbers) -> dict[str, np.ndarray]:
         """All numbers of walkers, the fixed ones those of the system.
@@ -97,7 +99,7 @@ class TunedFamily:
             legged: the system.
             free: those that are tuned, [walkers].
         """
-        ellipse = feet_ellipse(legged)
+        ellipse = ellipse_of(legged.system)
         count = len(next(iter(free.values())))
         fixed = {
             "omega": legged.omega,
@@ -133,7 +135,7 @@ class TunedFamily:
             numbers: of the walkers, [lanes].
             phase_rad: at release [rad], [limbs, lanes].
         """
-        deeper = np.asarray(numbers["press"], float) - feet_ellipse(legged).press_m
+        deeper = np.asarray(numbers["press"], float) - ellipse_of(legged.system).press_m
         height = legged.system.release.height_m + deeper
         scenario = legged.scenario(phase_rad, height_m=height)
         return scenario._replace(omega=np.asarray(numbers["omega"], float))
@@ -148,64 +150,35 @@ class TunedFamily:
         lanes = {name: np.array([_number(numbers, name)]) for name in NUMBERS}
         system = dataclasses.replace(legged.system, controller=self.controller(legged))
         release: dict[str, object] = {"omega": float(lanes["omega"][0])}
-        deeper = float(lanes["press"][0]) - feet_ellipse(legged).press_m
+        deeper = float(lanes["press"][0]) - ellipse_of(legged.system).press_m
         release["height_m"] = legged.system.release.height_m + deeper
         if self.lags is not None:
             release["phase_rad"] = tuple(-2.0 * math.pi * self.lags[leg] for leg in legged.names)
         return dataclasses.replace(
             legged,
             about=f"{legged.about}, {self.name}",
-            system=system.replaced(release),
+            system=replace(system, release),
             weights=tuple(self.weights(lanes)[0]),
         )
 
 
-def families(legged: Legged) -> dict[str, TunedFamily]:
+def front_families(legged: Legged) -> dict[str, FrontFamily]:
     """The families of a legged system by name.
 
     "vanilla" and "cosine" have the frequency, gain, stride and lift free; "vanilla ellipse" the
     whole ellipse; "forced trot" and the like turn their legs at ω without feedback.
 
-    Example:
-        >>> from tegotae.systems.legged import system
-        >>> list(families(system("hexapod")))[:4]
-        ['vanilla', 'cosine', 'vanilla ellipse', 'forced pronk']
-    """
-    feet_ellipse(legged)
-    forced: dict[str, TunedFamily] = {}
-    for pattern in patterns_for(legged.names):
-        name = FORCED + pattern.name
-        forced.setdefault(name, TunedFamily(name, _PLACE, lags=pattern.lags))
-    return {
-        "vanilla": TunedFamily("vanilla", _PLACE | _GAIN),
-        "cosine": TunedFamily("cosine", _PLACE | _GAIN | _OFFSET, "cosine"),
-        "vanilla ellipse": TunedFamily("vanilla ellipse", _PLACE | _GAIN | _ELLIPSE),
-        **forced,
-    }
-
-
-def family(legged: Legged, name: str) -> TunedFamily:
-    """A family by name.
-
     Args:
         legged: the system.
-        name: of `families`.
-
-    Raises:
-        TegotaeError: for an unknown one, or a system that has none.
-    """
-    families_by_name = families(legged)
-    if name not in families_by_name:
-        raise unknown("family", name, families_by_name)
-    return families_by_name[name]
-
-
-def feet_ellipse(legged: Legged) -> EllipticFoot:
-    """The ellipse of a system's feet.
 
     Raises:
         TegotaeError: for a system without units of length, mass and gravity, or without vanilla
             feedback and an ellipse.
+
+    Example:
+        >>> from tegotae.systems.vanilla import legged_named
+        >>> list(front_families(legged_named("hexapod")))[:4]
+        ['vanilla', 'cosine', 'vanilla ellipse', 'forced pronk']
     """
     actuation = legged.controller.actuation
     if not (
@@ -215,7 +188,32 @@ def feet_ellipse(legged: Legged) -> EllipticFoot:
             f"{legged.about} has no front: a front is of a dimensionless walker with vanilla "
             "feedback and feet on an ellipse, such as quadruped-c"
         )
-    return actuation
+    forced: dict[str, FrontFamily] = {}
+    for pattern in patterns_for(legged.names):
+        name = FORCED + pattern.name
+        forced.setdefault(name, FrontFamily(name, _PLACE, lags=pattern.lags))
+    return {
+        "vanilla": FrontFamily("vanilla", _PLACE | _GAIN),
+        "cosine": FrontFamily("cosine", _PLACE | _GAIN | _OFFSET, "cosine"),
+        "vanilla ellipse": FrontFamily("vanilla ellipse", _PLACE | _GAIN | _ELLIPSE),
+        **forced,
+    }
+
+
+def front_family(legged: Legged, name: str) -> FrontFamily:
+    """A family by name.
+
+    Args:
+        legged: the system.
+        name: of `front_families`.
+
+    Raises:
+        TegotaeError: for an unknown one, or a system that has none.
+    """
+    families_by_name = front_families(legged)
+    if name not in families_by_name:
+        raise unknown("family", name, families_by_name)
+    return families_by_name[name]
 
 
 def _number(numbers: Mapping[str, float], name: str) -> float:
@@ -266,5 +264,5 @@ def front_walker(name: str) -> Legged:
             f"{near:.2f}"
         )
     point = speed_front.nearest(speed)
-    legged = system(body)
-    return family(legged, kind).walker(legged, point)
+    legged = legged_named(body)
+    return front_family(legged, kind).walker(legged, point)

@@ -16,7 +16,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import note
 from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.descriptions import describe
-from tegotae.systems.resolve import Resolved, resolve
+from tegotae.systems.resolve import Resolved, Untrained, resolve
 from tegotae.training.scoring import best_gain
 
 _OF_A_RUN = frozenset(
@@ -86,13 +86,11 @@ def controller_of(resolved: Resolved) -> SavedController:
 
 def _searched(resolved: Resolved) -> ControllerSet | None:
     """Return a system whose only parameter is σ with its best σ; None for all others."""
-    if not (
-        resolved.is_untrained
-        and len(resolved.experiments) == 1
-        and resolved.experiment().is_searched
-    ):
+    if not isinstance(resolved, Untrained) or len(resolved.experiments) > 1:
         return None
     experiment = resolved.experiment()
+    if not experiment.is_searched:
+        return None
     gain, _ = best_gain(experiment)
     return ControllerSet(
         experiment.name, experiment.system, np.array([[gain]]), ("search",), experiment=experiment

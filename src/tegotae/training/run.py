@@ -74,8 +74,8 @@ class Run(Generic[LearnerT]):
             this learner cannot learn, or settings of JAX with which results would be others.
 
     Example:
-        >>> from tegotae.systems.models import find
-        >>> Run(experiment=find("AR").experiment(), seeds=(0, 1)).learner.UNIT
+        >>> from tegotae.systems.recipe import recipe
+        >>> Run(experiment=recipe("AR").experiment(), seeds=(0, 1)).learner.UNIT
         'generation'
     """
 

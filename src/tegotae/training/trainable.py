@@ -9,7 +9,7 @@ import numpy as np
 
 from tegotae._support.documents import JsonObject
 from tegotae.parts.controller import Controller
-from tegotae.systems.env_task import EnvTask
+from tegotae.systems.env_documents import EnvTask
 from tegotae.systems.system import System
 
 

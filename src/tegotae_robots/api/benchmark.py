@@ -11,7 +11,7 @@ from tegotae._support.documents import as_json
 from tegotae._support.errors import require_all
 from tegotae.api.parameters import in_shell
 from tegotae.api.results import Table
-from tegotae.systems.env_task import extras_of
+from tegotae.systems.env_documents import extras_of
 from tegotae_robots.benchmark.bodies import HopperSubject, QuadrupedSubject
 from tegotae_robots.benchmark.scoring import scored
 from tegotae_robots.benchmark.subject import MOST_CPU_S, TRACKS, Subject, summary

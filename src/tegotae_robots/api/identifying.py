@@ -16,7 +16,7 @@ from tegotae.api.parameters import Values, in_shell
 from tegotae.api.results import Files, check_ending
 from tegotae.measures.recordings import read_recording
 from tegotae.parts.bodies import Hopper, Sensors
-from tegotae.systems.body_file import body_text
+from tegotae.systems.parts_by_name import body_text
 from tegotae_robots.identification import FITTED, Identified, identify as fitted_to, log_of
 
 _MEANINGS = dict(

@@ -13,7 +13,7 @@ from tegotae._support.errors import TegotaeError, require_all
 from tegotae.api.parameters import in_shell
 from tegotae.api.results import Files, check_ending
 from tegotae.api.wiring import ENVIRONMENTS, ModelOptions, stem_of
-from tegotae.systems.env_task import extras_of, is_mujoco_model
+from tegotae.systems.env_documents import extras_of, is_mujoco_model
 
 if TYPE_CHECKING:  # which needs Gymnasium
     from matplotlib import figure

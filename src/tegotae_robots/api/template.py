@@ -16,8 +16,7 @@ from tegotae._support.files import write_atomically
 from tegotae.api.parameters import in_shell
 from tegotae.api.results import UNDEFINED, Files, check_ending
 from tegotae.api.wiring import ENVIRONMENTS, ModelOptions, stem_of
-from tegotae.systems.env_task import extras_of, is_mujoco_model
-from tegotae.systems.robot_file import is_robot_file
+from tegotae.systems.env_documents import extras_of, is_mujoco_model, is_robot_file
 
 if TYPE_CHECKING:  # which needs MuJoCo
     from tegotae_robots.models.template import Template

@@ -14,9 +14,8 @@ from tegotae.api.results import Files, check_ending
 from tegotae.api.wiring import EnvironmentOptions, environment_of, stem_of
 from tegotae.parts.units import Units
 from tegotae.systems.controller_file import SavedController, save
-from tegotae.systems.env_task import extras_of
-from tegotae.systems.resolve import resolve
-from tegotae.systems.robot_file import law_on_robot
+from tegotae.systems.env_documents import extras_of
+from tegotae.systems.resolve import law_on_robot, resolve
 
 
 def _conversions(saved: SavedController, omega: float | None, units: Units) -> pd.DataFrame:

@@ -23,7 +23,7 @@ from tegotae.parts._shapes import Weights
 from tegotae.parts.bodies import Body, Hopper, Walker
 from tegotae.parts.channels import FOOT
 from tegotae.parts.controller import Controller
-from tegotae.parts.fields import with_fields
+from tegotae.parts.fields import replace
 from tegotae.parts.terms import Actuation, Signals
 from tegotae.parts.terrains import Flat, Slope, Sum
 from tegotae.simulation.episode import EpisodeProgram, LaneInputs, LoopState, Shared
@@ -241,7 +241,7 @@ class QuadrupedSubject(SimulatedSubject):
     def simulated(self) -> Body:
         # Rough ground, which is not met here, would take nine tenths of the time.
         ground = Sum(first=Flat(), second=Sum(first=Slope(), second=Flat()))
-        return with_fields(super().simulated, {"terrain": ground})
+        return replace(super().simulated, {"terrain": ground})
 
     def worth(self, outcome: WalkOutcome, weight: np.ndarray) -> ArrayLike:
         return of_walk(outcome.cot_inverse, outcome.speed_m_per_s, self.SPEED)

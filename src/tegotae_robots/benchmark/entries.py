@@ -15,9 +15,9 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae.systems.controller_file import SavedController
+from tegotae.systems.registry import is_reference, load_object
 from tegotae.systems.resolve import resolve
 from tegotae.systems.tuned import is_front_name
-from tegotae.systems.user_objects import is_reference, load_object
 from tegotae.systems.zoo import is_zoo_name
 from tegotae.training.collection import controller_of
 from tegotae_robots.benchmark.manifest import Manifest, read_manifest

@@ -12,7 +12,7 @@ import numpy as np
 from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError, fitted
 from tegotae._support.errors import TegotaeError, other_code
-from tegotae.systems.env_task import LimbDocument
+from tegotae.systems.env_documents import LimbDocument
 from tegotae_robots.c.plan import MOST_LIMBS, member
 from tegotae_robots.c.text import is_c_name
 

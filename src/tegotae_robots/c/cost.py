@@ -14,7 +14,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import resolve
 from tegotae_robots.c.golden import golden, put, vector_initialiser
 from tegotae_robots.c.package import header
@@ -102,7 +102,7 @@ def _of_file(name: str) -> Export:
 
 
 def _drawn(name: str) -> Export:
-    model = find(name)
+    model = recipe(name)
     controller = model.controller()
     weights = np.asarray(controller.initial(jax.random.key(0)))
     return Export(SavedController.from_weights(controller, weights, model.omega_t, name=model.name))

@@ -16,7 +16,7 @@ from tegotae.parts.bodies import Body, Hopper, Interface
 from tegotae.parts.bodies.upright import Upright
 from tegotae.parts.terms import WholeBody
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.env_task import EnvTask, LimbDocument
+from tegotae.systems.env_documents import EnvTask, LimbDocument
 from tegotae_robots.c.legs import leg_facts, leg_pieces
 from tegotae_robots.c.text import ascii_text, floating, is_c_name
 from tegotae_robots.c.trace import Piece, TracedTick
@@ -47,8 +47,9 @@ class Export(RobotController):
             is no name in C, or a controller that is not made of a unit a limb.
 
     Example:
-        >>> from tegotae.systems.models import build
-        >>> saved = SavedController.from_weights(build("V-reflex-w8"), np.array([2.0]), 8.0)
+        >>> from tegotae.systems.recipe import recipe
+        >>> reflex = recipe("V-reflex-w8").controller()
+        >>> saved = SavedController.from_weights(reflex, np.array([2.0]), 8.0)
         >>> Export(saved, prefix="leg").senses
         ('spring_force',)
     """

@@ -15,7 +15,7 @@ from tegotae.envs.scaling import gravity_m_per_s2, started, weight_n
 from tegotae.envs.wiring import NOTHING, Limb, Wiring
 from tegotae.parts.terms.foot import EllipticFoot
 from tegotae.parts.units import Units
-from tegotae.systems.legged import system as legged_by_name
+from tegotae.systems.vanilla import legged_named as legged_by_name
 from tegotae_robots.models.checking_legs import followed, in_ground, require_stance
 from tegotae_robots.models.suggesting import (
     Suggestion,

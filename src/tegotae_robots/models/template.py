@@ -19,8 +19,8 @@ from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.scaling import chain_of, foot_of, gravity_m_per_s2, lowest, started
 from tegotae.parts.bodies import Walker
 from tegotae.parts.terms import EllipticFoot
-from tegotae.systems.legged import walker_of
 from tegotae.systems.system import WALKING_TICK
+from tegotae.systems.vanilla import walker_of
 from tegotae_robots.models.step_response import (
     RobotStance,
     StepResponse,

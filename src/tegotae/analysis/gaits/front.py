@@ -28,14 +28,14 @@ from tegotae.measures.gaits.summary import length
 from tegotae.measures.statistics import mean_defined
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body
-from tegotae.parts.fields import unwrapped
+from tegotae.parts.fields import replace, unwrapped
 from tegotae.parts.parameters import Part, whole
 from tegotae.simulation.recorder import Trajectory, needing
 from tegotae.simulation.rollout import Scenario, Summary, Timing, Together
 from tegotae.study import Arrays, Cell, CellResult, Study, measured_in_turn
 from tegotae.systems.descriptions import describe
 from tegotae.systems.legged import Legged, lanes_of
-from tegotae.systems.tuned import NUMBERS, Numbers, TunedFamily
+from tegotae.systems.tuned import NUMBERS, FrontFamily, Numbers
 
 SPEED_STEP = 0.05
 """Width of the bins of speed, of each of which the cheapest is kept [√(g l0)]."""
@@ -146,7 +146,7 @@ class FrontPart(Cell):
     """
 
     legged: Legged
-    family: TunedFamily
+    family: FrontFamily
     search: Search
     number: int
     folder: Path
@@ -192,7 +192,7 @@ class FrontPart(Cell):
 
 
 def search_front(
-    legged: Legged, family: TunedFamily, search: Search | None = None, folder: Path | None = None
+    legged: Legged, family: FrontFamily, search: Search | None = None, folder: Path | None = None
 ) -> pd.DataFrame:
     """The front of a family on a legged system.
 
@@ -292,7 +292,7 @@ def variations(arrays: Arrays, count: int, width: float, draw: np.random.Generat
 
 
 def evaluated(
-    legged: Legged, family: TunedFamily, numbers: Numbers, starts: int, seed: int
+    legged: Legged, family: FrontFamily, numbers: Numbers, starts: int, seed: int
 ) -> pd.DataFrame:
     """Release walkers at random phases, for the system's own time: a row of a front each.
 
@@ -335,7 +335,7 @@ def evaluated(
 
 def _run(
     legged: Legged,
-    family: TunedFamily,
+    family: FrontFamily,
     numbers: Mapping[str, np.ndarray],
     phase: np.ndarray,
     summary: Summary,
@@ -345,7 +345,7 @@ def _run(
     lanes = {name: np.repeat(values, starts) for name, values in numbers.items()}
     tiled = np.tile(phase, len(lanes["omega"]) // starts)
     controller = family.controller(legged)
-    system = legged.system.replaced({"controller": controller})
+    system = replace(legged.system, {"controller": controller})
     rollout = system.rollout(summary, timing)
     scenario = family.scenario(legged, lanes, tiled)
     return lanes_of(rollout.run(family.weights(lanes), scenario, legged.body))

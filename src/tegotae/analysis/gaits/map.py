@@ -26,7 +26,7 @@ from tegotae.measures.gaits.summary import Coordination
 from tegotae.measures.statistics import UNDEFINED
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body
-from tegotae.parts.fields import FieldNumber, numbers_of, with_fields
+from tegotae.parts.fields import FieldNumber, numbers_of, replace
 from tegotae.simulation.world import Scenario, with_changes
 from tegotae.study import Cell, CellResult, measured_in_turn
 from tegotae.systems.descriptions import describe
@@ -129,7 +129,7 @@ def settings(legged: Legged, places: Sequence[Mapping[str, float]]) -> list[Sett
     cells: list[Setting] = []
     for place in places:
         try:
-            body = with_fields(legged.body, fields_at(legged.body, place))
+            body = replace(legged.body, fields_at(legged.body, place))
             body.check_tick(legged.timing.tick_s)
         except TegotaeError as error:
             cells.append(Setting(place, None, str(error)))

@@ -32,7 +32,7 @@ from tegotae.measures.gaits.summary import has_mass
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Actuators, Blows, Body, BodyWrapper, Pushes, Sensors
 from tegotae.parts.channels import FORCE
-from tegotae.parts.fields import path_of, paths_of, unwrapped, with_fields
+from tegotae.parts.fields import path_of, paths_of, replace, unwrapped
 from tegotae.parts.terrains import Rough, Slope, Sum
 from tegotae.simulation.draws import check_scenario
 from tegotae.simulation.episode import LaneInputs
@@ -195,7 +195,7 @@ class ControllersUnderTest(Tested):
                 body = kind(body=body, **settings)
         if (terrain := getattr(self.unwrapped, "terrain", None)) is not None:
             ground = Sum(first=terrain, second=Sum(first=Slope(), second=Rough(start_m=0.0)))
-            body = with_fields(body, {"terrain": ground})
+            body = replace(body, {"terrain": ground})
         return body
 
     def usual(self, name: str) -> LaneNumbers:

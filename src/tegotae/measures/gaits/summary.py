@@ -135,9 +135,10 @@ class CoordinationSummary(Part):
     Example:
         >>> import dataclasses, numpy as np
         >>> from tegotae import Rollout, Scenario
-        >>> from tegotae.systems.models import build
+        >>> from tegotae.systems.recipe import recipe
         >>> from tegotae.parts.bodies import Bar
-        >>> bar, legs = Bar(inertia_ratio=0.6), dataclasses.replace(build("V-sector-w8"), limbs=2)
+        >>> bar, sector = Bar(inertia_ratio=0.6), recipe("V-sector-w8").controller()
+        >>> legs = dataclasses.replace(sector, limbs=2)
         >>> rollout = Rollout(controller=legs, summary=CoordinationSummary.on(legs, bar))
         >>> found = rollout.run([1.0], Scenario(omega=8.0, phase_rad=np.array([[0.0], [2.0]])), bar)
         >>> found.lag.round(2).tolist()

@@ -137,8 +137,8 @@ class GaitSummary:
     Example:
         >>> import numpy as np
         >>> from tegotae import Rollout, Scenario
-        >>> from tegotae.systems.models import build
-        >>> rollout = Rollout(controller=build("V-reflex-w8"), summary=GaitSummary())
+        >>> from tegotae.systems.recipe import recipe
+        >>> rollout = Rollout(controller=recipe("V-reflex-w8").controller(), summary=GaitSummary())
         >>> path = rollout.run(np.array([[2.0]]), Scenario(omega=8.0))
         >>> f"{path.limit_cycle_period[0]:.0f} {path.cot_inverse[0]:.2f} m/J"
         '1 0.43 m/J'

@@ -6,7 +6,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import Any, ClassVar, NamedTuple, TypeVar, cast
 
 import jax
 import jax.numpy as jnp
@@ -45,6 +45,8 @@ class BodyWrapper(Body):
     Raises:
         TegotaeError: for what is no body.
     """
+
+    INSIDE: ClassVar[tuple[str, ...]] = ("body",)
 
     body: Body = a_part(Body, "a Body, such as Hopper()", Hopper)
 

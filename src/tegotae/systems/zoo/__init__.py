@@ -18,7 +18,7 @@ import numpy as np
 from tegotae._support.documents import DamagedDocumentError, JsonObject, fitted, parse_json
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.files import read_arrays
-from tegotae.systems.models import find
+from tegotae.systems.recipe import recipe
 
 FORMAT = "tegotae zoo"
 VERSION = 1
@@ -205,7 +205,7 @@ class ZooName:
 
     Args:
         study: a study's name or a file's path; empty for the first study that has the model.
-        model: the model's name, or a design's.
+        model: the recipe's name.
         run: a run's number, `ALL`, or empty for the best one.
     """
 
@@ -347,6 +347,6 @@ def _place(parts: ZooName) -> tuple[Zoo, str]:
 def _plainest(name: str) -> str:
     """The full name of what may be a model's short one."""
     try:
-        return find(name).name
+        return recipe(name).name
     except TegotaeError:
         return name

@@ -193,9 +193,9 @@ def agent_controller(experiment: Trainable, settings: AgentSettings) -> Controll
         TegotaeError: for a controller without a meaning for an agent whose action is the feedback.
 
     Example:
-        >>> from tegotae.systems.models import find
+        >>> from tegotae.systems.recipe import recipe
         >>> from tegotae.training.agents import SACSettings
-        >>> controller = agent_controller(find("AR").experiment(), SACSettings())
+        >>> controller = agent_controller(recipe("AR").experiment(), SACSettings())
         >>> controller.n_weights, controller.tegotae.limit_rad_per_s
         (96, 40.0)
     """

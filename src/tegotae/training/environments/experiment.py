@@ -25,14 +25,12 @@ from tegotae.parts.parameters import Part, positive, whole
 from tegotae.parts.units import Units
 from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.descriptions import describe, restore
-from tegotae.systems.designs import Design
-from tegotae.systems.env_task import EnvTask, WiringDocument
+from tegotae.systems.env_documents import EnvTask, WiringDocument
 from tegotae.systems.experiment import require_name
-from tegotae.systems.grammar import BUDGET
-from tegotae.systems.laws import ShortLaw
-from tegotae.systems.models import Model
+from tegotae.systems.recipe import Recipe
+from tegotae.systems.registry import require_named
 from tegotae.systems.system import System
-from tegotae.systems.user_objects import require_named
+from tegotae.systems.term_sets import BUDGET
 from tegotae.training.environments.objectives import (
     EnvObjective,
     Hopping,
@@ -70,9 +68,9 @@ class EnvExperiment(Part):
 
     Example:
         >>> from tegotae.envs import load_wiring
-        >>> from tegotae.systems.models import build
+        >>> from tegotae.systems.recipe import recipe
         >>> wiring = dataclasses.replace(
-        ...     load_wiring("hopper").reading(build("ART")), omega=8.0
+        ...     load_wiring("hopper").reading(recipe("ART").controller()), omega=8.0
         ... )
         >>> experiment = EnvExperiment(
         ...     name="art", spec=EnvSpec(env="hopper"), wiring=wiring, objective=Hopping()
@@ -123,19 +121,18 @@ class EnvExperiment(Part):
             )
 
     @classmethod
-    def of_model(
+    def from_recipe(
         cls,
-        model: Model | ShortLaw | Design,
+        recipe: Recipe,
         spec: EnvSpec,
         wiring: Wiring,
         *,
         omega: float | Sequence[float] | None = None,
         **settings: Any,
     ) -> EnvExperiment:
-        """A model of the paper (`tegotae.systems.models.find`), a short law or a design on an
-        environment.
+        """Return the experiment that trains a recipe's controller on an environment.
 
-        The frequency is the one given, else the wiring's, else the model's ω_t; of several, each
+        The frequency is the one given, else the wiring's, else the recipe's ω_t; of several, each
         has an episode, and the middle one is the controller's own. The objective is
         CoT⁻¹ + ΔΩ where the wiring says what height and work are, and otherwise the environment's
         return.
@@ -143,7 +140,7 @@ class EnvExperiment(Part):
         Raises:
             TegotaeError: for a frequency, given or the wiring's, that is none.
         """
-        controller = model.controller(settings.pop("budget", BUDGET))
+        controller = recipe.controller(settings.pop("budget", BUDGET))
         if wiring.omega is not None:
             require_finite("the wiring's omega", wiring.omega, above=0.0, most=MOST_RAD_PER_S)
         if isinstance(omega, Sequence):
@@ -152,13 +149,13 @@ class EnvExperiment(Part):
             omega = sorted(omega)[len(omega) // 2] if omega else None
         if omega is None:
             omega = wiring.omega
-        if omega is None and model.omega_t is not None:
-            omega = model.omega_t / (wiring.units or Units()).time_s
+        if omega is None and recipe.omega_t is not None:
+            omega = recipe.omega_t / (wiring.units or Units()).time_s
         wiring = dataclasses.replace(wiring.reading(controller), omega=omega, weights=None)
         is_measured = wiring.height is not None and wiring.work is not None
         duration_s = settings.get("duration_s", 24.0)
         objective = Hopping(settle_s=0.5 * duration_s) if is_measured else Return()
-        fields = {"name": model.name, "spec": spec, "wiring": wiring, "objective": objective}
+        fields = {"name": recipe.name, "spec": spec, "wiring": wiring, "objective": objective}
         return cls(**{**fields, **settings})
 
     @property

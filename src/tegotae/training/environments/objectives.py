@@ -24,7 +24,7 @@ from tegotae.measures.robots import EnvEpisode
 from tegotae.parts.bodies import Body, Interface
 from tegotae.simulation.rollout import Timing, Trajectory
 from tegotae.simulation.world import Scenario
-from tegotae.systems.user_objects import load_object, source_of
+from tegotae.systems.registry import load_object, source_of
 
 
 @dataclass(frozen=True)

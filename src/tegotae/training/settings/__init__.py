@@ -19,7 +19,7 @@ from tegotae._support import documents
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae.systems import registry
 from tegotae.systems.descriptions import restore
-from tegotae.systems.user_objects import is_reference, load_object
+from tegotae.systems.registry import is_reference, load_object
 from tegotae.training.agents import AgentSettings
 from tegotae.training.algorithms import Algorithm
 

@@ -134,8 +134,8 @@ def simulate(
             of the wrong number, a window outside the rollout, or a tick too long for the body.
 
     Example:
-        >>> from tegotae.systems.models import build
-        >>> system = System(controller=build("V-reflex-w8"), omega=8.0)
+        >>> from tegotae.systems.recipe import recipe
+        >>> system = System(controller=recipe("V-reflex-w8").controller(), omega=8.0)
         >>> len(simulate(system, [2.0]).trajectory.height_m)
         1000
     """

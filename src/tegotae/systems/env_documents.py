@@ -1,10 +1,17 @@
-"""Description of another simulator in controller files: its name, its limbs, the episodes."""
+"""Documents of other simulators: a wiring of limbs, a robot's file, a task in a controller file.
+
+A robot's file, TOML, has its model, the settings of the model, and the wiring of its limbs.
+"""
 
 from __future__ import annotations
 
+import contextlib
+from pathlib import Path
+
 import msgspec
 
-from tegotae._support.documents import JsonObject
+from tegotae._support import documents
+from tegotae._support.documents import DamagedDocumentError, JsonObject
 from tegotae._support.errors import TegotaeError
 
 WIRING_FORMAT = "tegotae wiring"
@@ -112,3 +119,62 @@ class EnvTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """Episodes of the evaluation set, where generations draw their own starts."""
     sha256: dict[str, str] = {}
     """Hashes of the files that it names, by role."""
+
+
+ROBOT_FORMAT = "tegotae robot"
+_MARK = f'"{ROBOT_FORMAT}"'.encode()
+
+
+class ModelDocument(msgspec.Struct, forbid_unknown_fields=True):
+    """A robot's model in its file."""
+
+    env: str
+    """Environment (`tegotae.envs.env_spec.EnvSpec`), mostly a MuJoCo model, FILE.xml beside this
+    file."""
+    sha256: str = ""
+    """Hash of the model's file, for which the wiring was made; any file fits if it is empty."""
+    settings: JsonObject = {}
+    """Settings of the environment."""
+
+
+class RobotDocument(WiringDocument, forbid_unknown_fields=True, kw_only=True):
+    """A robot in a file: a wiring with its model."""
+
+    model: ModelDocument
+
+    @property
+    def on_legs(self) -> bool:
+        """True if limbs are legs, whose feet are commanded to places."""
+        return any(not isinstance(limb.drives, str) for limb in self.limbs)
+
+
+def is_robot_file(name: str | Path) -> bool:
+    """Return whether a name is that of a robot's file, by the file's content.
+
+    Example:
+        >>> is_robot_file("quadruped-c"), is_robot_file("no_such_file.toml")
+        (False, False)
+    """
+    with contextlib.suppress(OSError, ValueError):  # which a reader of the file puts into words
+        return str(name).endswith(".toml") and _MARK in Path(name).read_bytes()
+    return False
+
+
+def robot_document(path: Path | str) -> RobotDocument:
+    """Read a robot's file.
+
+    Raises:
+        TegotaeError: if it is no robot's, or damaged: which entry, and what should be there.
+    """
+    path = Path(path)
+    try:
+        document = documents.fitted(documents.read(path), RobotDocument)
+        if document.format != ROBOT_FORMAT:
+            raise DamagedDocumentError(
+                f"its format is {document.format!r}; it must be {ROBOT_FORMAT!r}"
+            )
+    except FileNotFoundError:
+        raise TegotaeError(f"there is no file {path}") from None
+    except DamagedDocumentError as error:
+        raise TegotaeError(f"{path} is no robot: {error}") from None
+    return document

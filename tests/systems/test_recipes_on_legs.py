@@ -1,4 +1,4 @@
-"""Designs: what of a legged system's controller is learned, by name; and how it is judged."""
+"""Recipes on legs: terms of a controller on a legged system, by name; and how it is judged."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ import pytest
 
 from tegotae import Experiment, TegotaeError, Timing
 from tegotae._support.tables import read_csv
-from tegotae.analysis.gaits.releases import MEASURES, release_all
+from tegotae.analysis.gaits.releases import release_all
 from tegotae.cli import main
+from tegotae.measures.gaits.metrics import WALKING
 from tegotae.measures.objectives.fitness import HoppingLegs
+from tegotae.parts.fields import replace
 from tegotae.parts.terms import (
     EllipticFoot,
     LearnedFoot,
@@ -21,9 +23,9 @@ from tegotae.parts.terms import (
     WholeBodyFoot,
 )
 from tegotae.systems import controller_file
-from tegotae.systems.designs import all_designs, design, is_design
-from tegotae.systems.grammar import BUDGET
+from tegotae.systems.recipe import is_on_legs, recipe, recipes_on_legs
 from tegotae.systems.resolve import legged_system as system
+from tegotae.systems.term_sets import BUDGET
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
 from tegotae.training.settings import tuned
@@ -32,25 +34,25 @@ from tegotae.training.settings import tuned
 
 
 def test_every_listed_design_has_a_name_that_finds_it_and_makes_an_experiment():
-    listed = all_designs()
+    listed = recipes_on_legs()
     assert {name.partition("@")[2] for name in listed} >= {"quadruped-c", "plate-light-pitch"}
     for name, listed_design in listed.items():
-        assert design(name).name == name
+        assert recipe(name).name == name
         built = listed_design.experiment()
         assert 1 <= built.controller.n_weights <= BUDGET, name
         assert Experiment.from_document(json.loads(json.dumps(built.document))) == built
 
 
 def test_a_bare_architecture_is_its_plainest_member():
-    assert design("ARGT@hexapod").name == "ARGT-rF-gF-tphif@hexapod"
-    assert design("VG@hexapod").family.about == "Tegotae with G learned, a unit a leg"
+    assert recipe("ARGT@hexapod").name == "ARGT-rF-gF-tphif@hexapod"
+    assert recipe("VG@hexapod").terms.about == "Tegotae with G learned, a unit a leg"
 
 
 def test_a_users_own_system_has_designs_too(tmp_path):
     (tmp_path / "mine.py").write_text(
         "from tegotae.systems.resolve import legged_system as system\nrobot = system('bar-light')\n"
     )
-    result = design(f"AR@{tmp_path / 'mine.py'}:robot")
+    result = recipe(f"AR@{tmp_path / 'mine.py'}:robot")
     assert result.name == "AR-rF@robot"
     assert result.experiment().body == system("bar-light").body
 
@@ -58,7 +60,7 @@ def test_a_users_own_system_has_designs_too(tmp_path):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("ARZ@hexapod", "no family is called 'ARZ'"),
+        ("ARZ@hexapod", "no controller is called 'ARZ'"),
         ("ART@heptapod", "no legged system is called 'heptapod'"),
         ("ART-rX@hexapod", "no observation is called 'X'"),
         ("T-Q@hexapod", "no observation is called 'Q'"),
@@ -71,22 +73,22 @@ def test_a_users_own_system_has_designs_too(tmp_path):
 )
 def test_a_name_that_says_nothing_is_refused_in_one_line(name, message):
     with pytest.raises(TegotaeError, match=message.replace("+", r"\+")) as refused:
-        design(name).experiment()
+        recipe(name).experiment()
     assert "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize("family", ["ARGT", "T-F", "W-F", "cos", "V"])
 def test_a_budget_too_small_for_the_layout_is_refused_in_one_line(family):
     smallest = {"ARGT": 22, "T-F": 6, "W-F": 13, "cos": 2, "V": 1}[family]
-    assert design(f"{family}@quadruped-c").controller(smallest).n_weights == smallest
+    assert recipe(f"{family}@quadruped-c").controller(smallest).n_weights == smallest
     if smallest > 1:
         with pytest.raises(TegotaeError, match=f"too small: .* has at least {smallest} weights"):
-            design(f"{family}@quadruped-c").controller(smallest - 1)
+            recipe(f"{family}@quadruped-c").controller(smallest - 1)
 
 
 def test_a_models_name_is_no_designs():
-    assert not is_design("ART-rF-tphif-w8")
-    assert not is_design("/home/me@work/mine.py:experiment")
+    assert not is_on_legs("ART-rF-tphif-w8")
+    assert not is_on_legs("/home/me@work/mine.py:experiment")
 
 
 # Experiments
@@ -94,21 +96,21 @@ def test_a_models_name_is_no_designs():
 
 def test_what_is_not_learned_is_the_systems_own():
     controller = system("quadruped-c").controller
-    learned = design("AR@quadruped-c").controller()
+    learned = recipe("AR@quadruped-c").controller()
     assert learned.actuation == controller.actuation == EllipticFoot(0.2, 0.12, 0.03, 0.4)
     assert (learned.oscillator, learned.limbs) == (controller.oscillator, 4)
-    assert isinstance(design("VG@quadruped-c").controller().terms["action"], VanillaAction)
-    assert isinstance(design("AR@plate-heavy").controller().actuation, Sector)
+    assert isinstance(recipe("VG@quadruped-c").controller().terms["action"], VanillaAction)
+    assert isinstance(recipe("AR@plate-heavy").controller().actuation, Sector)
 
 
 def test_vanilla_is_the_system_itself():
-    assert design("V@quadruped-c").controller() == system("quadruped-c").controller
-    assert design("V@plate-heavy").experiment().is_searched
+    assert recipe("V@quadruped-c").controller() == system("quadruped-c").controller
+    assert recipe("V@plate-heavy").experiment().is_searched
 
 
 def test_networks_without_oscillators_are_as_large_as_the_others_and_have_no_frequency():
     for family, kind in (("T-F", LearnedFoot), ("W-F", WholeBodyFoot)):
-        built = design(f"{family}@quadruped-c").experiment()
+        built = recipe(f"{family}@quadruped-c").experiment()
         assert isinstance(built.controller.actuation, kind)
         assert built.omega is None
         assert built.controller.n_weights > 0.9 * BUDGET
@@ -116,20 +118,20 @@ def test_networks_without_oscillators_are_as_large_as_the_others_and_have_no_fre
 
 def test_the_frequency_says_which_speed_is_wanted_with_an_oscillator_or_without():
     for family in ("AR", "T-F"):
-        slow, fast = (design(f"{family}-w{w}@quadruped-c").experiment() for w in (1, 3))
+        slow, fast = (recipe(f"{family}-w{w}@quadruped-c").experiment() for w in (1, 3))
         assert slow.objective.speed_m_per_s == pytest.approx(2 * 0.2 / np.pi)
         assert fast.objective.speed_m_per_s == pytest.approx(3 * slow.objective.speed_m_per_s)
-    assert design("AR@quadruped-c").experiment().omega == system("quadruped-c").omega
+    assert recipe("AR@quadruped-c").experiment().omega == system("quadruped-c").omega
 
 
 def test_legs_that_push_are_trained_to_hop_and_follow_their_frequency():
-    assert design("AR@plate-heavy").experiment().measure == HoppingLegs()
-    assert design("T-F@plate-heavy").experiment().measure == HoppingLegs(follow_omega=False)
+    assert recipe("AR@plate-heavy").experiment().measure == HoppingLegs()
+    assert recipe("T-F@plate-heavy").experiment().measure == HoppingLegs(follow_omega=False)
 
 
 def test_every_design_of_a_system_begins_with_the_same_irregular_phases():
     starts = {
-        design(f"{f}@quadruped-c").experiment().system.release.phase_rad
+        recipe(f"{f}@quadruped-c").experiment().system.release.phase_rad
         for f in ("V", "ARGT", "Wphi-F")
     }
     (phases,) = starts
@@ -142,7 +144,7 @@ def test_every_design_of_a_system_begins_with_the_same_irregular_phases():
 @pytest.fixture(scope="module")
 def short():
     """A training of seconds: two generations of short episodes."""
-    result = design("Wphi-F@quadruped-c")
+    result = recipe("Wphi-F@quadruped-c")
     timing = Timing(duration_s=4.0, tick_s=0.008, frame_s=0.08)
     fitness = dataclasses.replace(result.fitness, settle_s=2.0)
     return result.experiment(budget=30, timing=timing, objective=fitness)
@@ -216,15 +218,15 @@ def test_controllers_of_a_folder_are_judged_together(judged, tmp_path, capsys):
     assert "V@quadruped-c" in capsys.readouterr().out
     rows = read_csv(table)
     assert list(rows["run"]) == ["0", "0", "1", "1"]
-    for name in MEASURES:
+    for name in WALKING.names():
         theirs = np.array([float(x) if x else np.nan for x in rows[name]])
         np.testing.assert_allclose(theirs, judged[name], rtol=1e-4)
 
 
 def test_a_judgement_of_what_has_no_frequency_takes_none():
     result = system("quadruped-c")
-    single = result.system.replaced(
-        {"controller": design("T-F@quadruped-c").controller(), "omega": None}
+    single = replace(
+        result.system, {"controller": recipe("T-F@quadruped-c").controller(), "omega": None}
     )
     legged = dataclasses.replace(result, system=single, weights=(0.0,) * 96)
     with pytest.raises(TegotaeError, match="no oscillator, and so no omega"):
@@ -256,7 +258,7 @@ def test_models_lists_designs_for_a_pattern_with_an_at(capsys):
 
 
 def test_a_pattern_that_no_design_has_is_refused(one_line_error):
-    assert "no design is called" in one_line_error("models", "X@nowhere")
+    assert "no recipe is called" in one_line_error("models", "X@nowhere")
     assert "no legged system is called" in one_line_error("train", "ART@nowhere")
     assert "too small" in one_line_error("train", "ARGT@hexapod", "--budget", "9")
 
