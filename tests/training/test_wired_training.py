@@ -17,7 +17,10 @@ pytest.importorskip("gymnasium")
 
 from tegotae import TegotaeError, register
 from tegotae.analysis.generalisation.disturbances import disturbances_named
-from tegotae.analysis.generalisation.on_environment import EnvironmentUnderTest
+from tegotae.analysis.generalisation.on_environment import (
+    EnvironmentUnderTest,
+    _PerturbedPilot,
+)
 from tegotae.analysis.generalisation.run import tried
 from tegotae.api.training import TrainedControllers, advice
 from tegotae.cli import main
@@ -514,13 +517,43 @@ def on_scales(**wired) -> EnvironmentUnderTest:
     return EnvironmentUnderTest(runs)
 
 
-def test_a_gymnasium_environment_is_met_with_late_and_noisy_senses_and_other_frequencies():
+def test_a_gymnasium_environment_is_tried_under_other_senses_actuators_and_frequencies():
     tested = on_scales(height="height", work="work", rest_length_m=1.0)
-    got = tried(tested, disturbances_named(["delay=0.02", "noise=0.1", "omega=1.1", "mass=1.2"]))
+    conditions = disturbances_named(
+        ["delay=0.02", "noise=0.1", "omega=1.1", "lag=0.02", "strength=0.9", "mass=1.2"]
+    )
+    got = tried(tested, conditions)
     assert got.left_out == {"mass": "a Gymnasium environment has no mass_kg"}
     assert got.table["had"].all()
-    assert set(got.table["condition"]) == {"delay", "noise", "omega"}
+    assert set(got.table["condition"]) == {"delay", "noise", "omega", "lag", "strength"}
     assert got.table["moves"].all()
+
+
+class Pushing:
+    """A pilot that begins to push all lanes at its second step."""
+
+    phase = np.zeros((1, 3))
+
+    def reset(self) -> None:
+        self.steps = 0
+
+    def act(self, observed: np.ndarray) -> np.ndarray:
+        self.steps += 1
+        return np.full((3, 1), float(self.steps > 1))
+
+
+def test_weak_and_lagging_actuators_do_in_an_environment_what_they_do_on_a_body():
+    task, none = on_scales(height="height").experiment, np.zeros(3)
+    changes = {"delay_s": none, "noise": none, "seed": none}
+    changes |= {"strength": np.array([1.0, 0.5, 1.0]), "lag_s": np.array([0.0, 0.0, 0.04])}
+    pilot = _PerturbedPilot(Pushing(), task, changes)
+    arrives = np.array([pilot.act(np.zeros((3, 3)))[:, 0] for _ in range(3)])
+    rate = task.wires.step_s / 0.04
+    gone = 1.0 - math.exp(-rate)
+    first = 1.0 - gone / rate  # the mean over a step of a first-order lag
+    second = gone + (1.0 - gone) * first
+    expected = [[0.0, 0.0, 0.0], [1.0, 0.5, first], [1.0, 0.5, second]]
+    np.testing.assert_allclose(arrives, expected, rtol=1e-12)
 
 
 def test_an_environment_that_says_neither_distance_nor_height_is_refused():

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 def list_conditions(*conditions: str) -> Table:
     """List the conditions outside of training and their levels.
 
-    MuJoCo models have conditions of their own: mass, gravity, friction, slope, frequency, pushes,
-    wind, blows, and delay and noise of the senses; other environments have the frequency, and
-    delay and noise of the senses.
+    Controllers in another environment are tested at other frequencies, with weak or lagging
+    actuators and with late or noisy senses; on a MuJoCo model also with other mass, gravity,
+    friction and slope, and with pushes, wind and blows.
 
     Args:
         conditions: names, such as delay, or with your own levels, delay=0.01/0.02; all by default.

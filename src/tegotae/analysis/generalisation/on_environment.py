@@ -39,6 +39,10 @@ from tegotae.training.environments.rollouts import (
 
 _PUSHES = ("push_x_n", "push_y_n", "push_z_n")
 """Forces on the first body, which may change during an episode."""
+_NOT_NEGATIVE = (
+    *("mass_kg", "gravity_m_per_s2", "friction", "strength", "lag_s", "delay_s", "noise"),
+)
+"""Numbers that are never below zero."""
 _UNSEEN = 1000
 """Starts under test are as far from those of the training, by the seed of their noise."""
 _WALKS = 0.05
@@ -57,6 +61,8 @@ class EnvBody:
     limbs: int
     rest_length_m: float = 1.0
     gravity_m_per_s2: float = 9.81
+    strength: float = 1.0
+    lag_s: float = 0.0
     delay_s: float = 0.0
     noise: float = 0.0
     seed: float = 0.0
@@ -81,7 +87,7 @@ class MujocoModel(EnvBody):
     at_s: float = math.inf
 
 
-_OF_SENSES = frozenset(("delay_s", "noise", "seed", OMEGA))
+_OF_PILOTS = frozenset(("strength", "lag_s", "delay_s", "noise", "seed", OMEGA))
 """Names of what can be changed in any environment."""
 _OF_MODELS = frozenset(
     ("mass_kg", "gravity_m_per_s2", "friction", "slope", *_PUSHES, "impulse_ns", "at_s")
@@ -117,7 +123,7 @@ class EnvironmentUnderTest(Tested):
     @property
     def CHANGED(self) -> frozenset[str]:  # type: ignore[override]  # noqa: N802
         """Names of what can be changed."""
-        return _OF_SENSES | _OF_MODELS if self.is_model else _OF_SENSES
+        return _OF_PILOTS | _OF_MODELS if self.is_model else _OF_PILOTS
 
     @property
     def kind(self) -> str:
@@ -127,6 +133,10 @@ class EnvironmentUnderTest(Tested):
     def is_model(self) -> bool:
         """True for a MuJoCo model, whose masses and forces can be changed."""
         return self.experiment.spec.is_model
+
+    @property
+    def takes_forces(self) -> bool:
+        return self.controller.actuation.commands_force
 
     @property
     def starts_differ(self) -> bool:
@@ -183,7 +193,7 @@ class EnvironmentUnderTest(Tested):
         for disturbance in disturbances:
             for level in disturbance.levels:
                 changes = disturbance.changes(self, np.array([level]), np.zeros(1))
-                for name in ("mass_kg", "gravity_m_per_s2", "friction", "delay_s", "noise"):
+                for name in _NOT_NEGATIVE:
                     value = float(np.ravel(changes.get(name, 1.0))[0])  # type: ignore[arg-type]
                     if value < 0.0 or (name == "mass_kg" and value == 0.0):
                         raise TegotaeError(
@@ -238,7 +248,7 @@ class EnvironmentUnderTest(Tested):
         usual = of_lanes({**vars(self.body), OMEGA: self.omega or 0.0}, count, "float64")
         changes = usual | joined(self, disturbances, encounters)
         wires, steps = self.experiment.wires, 0
-        driven = _LatePilot(pilot(changes[OMEGA]), self.experiment, changes)
+        driven = _PerturbedPilot(pilot(changes[OMEGA]), self.experiment, changes)
         unseen = _UNSEEN if self.starts_differ else 0
         seeds = self.experiment.seed + unseen + np.arange(count) % self.starts
         lanes = self._lanes(changes)
@@ -352,28 +362,34 @@ def _push(
     return push if push.any() else None
 
 
-class _LatePilot:
-    """A pilot whose limbs feel late and with noise.
+class _PerturbedPilot:
+    """A pilot whose limbs feel late and with noise, and whose actuators lag and are weak.
 
     Args:
         pilot: what drives the lanes.
-        experiment: whose wiring says what the limbs feel.
+        experiment: whose wiring says what the limbs feel and move.
         changes: of all lanes: `delay_s` [s], interpolated between control periods; `noise`, its
-            standard deviation over the scale of the sense; and the `seed` of the noise.
+            standard deviation over the scale of the sense, and the `seed` of the noise;
+            `strength`, the share of the actuators' forces that arrives, and `lag_s`, the time
+            constant of their first-order lag [s].
     """
 
     def __init__(
         self, pilot: LanePilot, experiment: EnvExperiment, changes: Mapping[str, LaneNumbers]
     ) -> None:
         wires, scales = experiment.wires, experiment.wiring.scales
-        self._pilot = pilot
+        self._pilot, self._wires = pilot, wires
         self._scale_of = {
             int(i): float(scales.get(name, 1.0))
             for name, (places, _) in wires.sensed.items()
             for i in places
         }
         self._steps, self._noise = changes["delay_s"] / wires.step_s, changes["noise"]
-        self._seed = changes["seed"]
+        self._seed, self._strength = changes["seed"], changes["strength"][:, None]
+        lag_s = changes["lag_s"][:, None]
+        self._late = lag_s > 0.0
+        self._rate = wires.step_s / np.where(self._late, lag_s, 1.0)
+        self._forces = experiment.controller.actuation.commands_force
         self.reset()
 
     @property
@@ -382,14 +398,29 @@ class _LatePilot:
         return self._pilot.phase
 
     def reset(self) -> None:
-        """Begin an episode, with nothing felt yet."""
+        """Begin an episode, with nothing felt and nothing commanded yet."""
         self._pilot.reset()
         self._random = [np.random.default_rng(int(lane_seed)) for lane_seed in self._seed]
         self._past: list[np.ndarray] = []
+        self._reached: np.ndarray | None = None
 
     def act(self, observed: np.ndarray) -> np.ndarray:
-        """Return the actions for observations [lanes, entries], as they are felt."""
-        return self._pilot.act(self._felt(observed))
+        """Return the actions that arrive, for observations [lanes, entries] as they are felt."""
+        action = self._pilot.act(self._felt(observed))
+        if self._forces and (self._strength != 1.0).any():
+            (driven,), rest = self._wires.driven, self._wires.rest
+            action[:, driven] = rest + self._strength * (action[:, driven] - rest)
+        return self._followed(action) if self._late.any() else action
+
+    def _followed(self, aim: np.ndarray) -> np.ndarray:
+        """Return what lagging actuators make of actions, as `tegotae.parts.bodies.Actuators`."""
+        reached = aim if self._reached is None else self._reached
+        gone, far = -np.expm1(-self._rate), aim - reached
+        self._reached = reached + far * gone
+        arrives = reached + far * (1.0 - gone / self._rate) if self._forces else self._reached
+        followed, driven = aim.copy(), np.concatenate(self._wires.driven)
+        followed[:, driven] = np.where(self._late, arrives, aim)[:, driven]
+        return followed
 
     def _felt(self, observed: np.ndarray) -> np.ndarray:
         """Return the delayed and noisy senses for observations [lanes, entries]."""
