@@ -6,46 +6,28 @@ it is first used.
 
 from __future__ import annotations
 
+import re
 from importlib import import_module
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
-_HOMES = {
-    "tegotae._support.errors": ("TegotaeError",),
-    "tegotae.parts.bodies": ("Body", "Hopper", "Walker"),
-    "tegotae.parts.controller": ("Controller",),
-    "tegotae.api.about": ("cite",),
-    "tegotae.api.controllers": ("load", "load_all"),
-    "tegotae.api.hopping": ("HopperController",),
-    "tegotae.api.listing": ("list_models",),
-    "tegotae.api.measuring": ("measure",),
-    "tegotae.api.training": ("train",),
-    "tegotae.api.walking": ("WalkerController",),
-    "tegotae.measures.check": ("check",),
-    "tegotae.simulation.rollout": ("Rollout", "Timing"),
-    "tegotae.simulation.world": ("Scenario",),
-    "tegotae.systems.controller_file": ("SavedController", "save"),
-    "tegotae.systems.experiment": ("Experiment",),
-    "tegotae.systems.registry": ("register",),
-    "tegotae.systems.recipe": ("recipe",),
-    "tegotae.systems.system": ("System",),
+_STUB = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
+_HOME_OF = {
+    name: home
+    for home, names in re.findall(r"^from (\S+) import (\([^)]*\)|.*)$", _STUB, re.MULTILINE)
+    for name in re.findall(r"(\w+) as ", names)
 }
-_NAMESPACES = {
-    "gaits": "tegotae.api.gaits",
-    "plot": "tegotae.api.plot",
-    "robots": "tegotae_robots.api.robots",
-}
-_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+"""By public name the module or the package that has it, as the stub says."""
 
-__all__ = sorted({*_HOME_OF, *_NAMESPACES})  # pyright: ignore[reportUnsupportedDunderAll] - it reads the stub
+__all__ = sorted(_HOME_OF)  # pyright: ignore[reportUnsupportedDunderAll] - it reads the stub
 
 
 def __getattr__(name: str) -> Any:
     """A public name, a module or the version, when it is first used (PEP 562)."""
     if name in _HOME_OF:
-        value = getattr(import_module(_HOME_OF[name]), name)
-    elif name in _NAMESPACES:
-        value = import_module(_NAMESPACES[name])
+        home = import_module(_HOME_OF[name])
+        value = getattr(home, name, None) or import_module(f"{home.__name__}.{name}")
     elif name == "__version__":
         value = _version()
     elif not name.startswith("_") and find_spec(f"{__name__}.{name}") is not None:

@@ -1,4 +1,4 @@
-"""The public names and their types; `_HOMES` of the module has where each is fetched from."""
+"""The public names, and the modules that have them: the package fetches each from there."""
 
 from tegotae._support.errors import TegotaeError as TegotaeError
 from tegotae.api import gaits as gaits, plot as plot

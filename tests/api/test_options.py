@@ -131,16 +131,6 @@ def test_a_wrong_keyword_is_refused_beside_options_that_functions_share():
     assert inspect.signature(tg.gaits.basin).parameters["seed"].default == 0
 
 
-def test_commands_namespaces_and_the_page_of_names_have_the_same_functions():
-    methods = [x.__name__ for x in FUNCTIONS if x.__qualname__ != x.__name__]
-    assert {*methods} == {"simulate", "evaluate", "compare", "explain", "robustness"}
-    homes = [tg, tg.plot, tg.gaits, tg.robots]
-    named = [getattr(home, name) for home in homes for name in home.__all__]
-    plain = [x for x in FUNCTIONS if x.__qualname__ == x.__name__]
-    hidden = {"doctor", "list_conditions", "list_metrics"}
-    assert [x.__name__ for x in plain if x not in named and x.__name__ not in hidden] == []
-
-
 def test_the_names_that_a_type_checker_knows_are_those_of_the_registries():
     assert {*get_args(WalkerName)} == {*SYSTEMS}
     models = study_recipes()

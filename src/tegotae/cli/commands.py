@@ -9,10 +9,11 @@ from typing import Any
 
 from tegotae.cli.program import Command, CommandGroup
 
-_FUNCTIONS: Mapping[str, Mapping[str, Any]] = tomllib.loads(
+_PURPOSES: Mapping[str, Mapping[str, Any]] = tomllib.loads(
     Path(__file__).with_name("commands.toml").read_text(encoding="utf-8")
 )
-"""By name the function of each command, and what a user can type after the name."""
+"""By purpose and name the function of each command, and what a user can type after the name."""
+_FUNCTIONS = {name: entry for commands in _PURPOSES.values() for name, entry in commands.items()}
 
 _GROUPS: Mapping[str, str] = {
     "wiring": "Put controllers on a leg of your own: a MuJoCo model, or any environment.",
@@ -43,23 +44,13 @@ def _commands() -> dict[str, Command | CommandGroup]:
             commands[first] = CommandGroup(_GROUPS[first], subcommands)
         else:
             commands[name] = loaded[name]
-    commands["completion"] = Command(
-        "tegotae.cli.completion:Completion",
-        "tegotae completion bash > tegotae-completion.bash",
-        "tegotae completion zsh > _tegotae",
-    )
     return commands
 
 
 COMMANDS: Mapping[str, Command | CommandGroup] = _commands()
 SECTIONS: Mapping[str, tuple[str, ...]] = {
-    "See a controller move": ("simulate", "models"),
-    "Learn one": ("train", "wiring", "fit-template", "identify"),
-    "Measure and compare": ("evaluate", "compare", "metrics", "measure", "benchmark"),
-    "Disturb": ("robustness", "conditions"),
-    "Understand one": ("explain", "figure", "gait"),
-    "Use one on a robot": ("export",),
-    "Get help, cite": ("doctor", "completion", "cite"),
+    purpose: tuple(dict.fromkeys(name.partition(" ")[0] for name in commands))
+    for purpose, commands in _PURPOSES.items()
 }
 """The commands by what one wants to do, for the list of them."""
 
