@@ -33,7 +33,7 @@ Document: TypeAlias = dict[str, Any]
 
 MOST_BYTES = 2**28
 """Size of the largest document [bytes]."""
-DEEPEST = 64
+_DEEPEST = 64
 """Levels of lists and objects in each other that a document may have."""
 
 _WORDS = {"object": "an object", "array": "a list", "null": "null", "bool": "true or false"}
@@ -120,7 +120,7 @@ def _entries(pairs: list[tuple[str, Json]]) -> JsonObject:
     return entries
 
 
-_TOO_DEEP = f"it is nested deeper than {DEEPEST} levels"
+_TOO_DEEP = f"it is nested deeper than {_DEEPEST} levels"
 
 
 _HARMS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
@@ -134,7 +134,7 @@ def checked(value: T, _level: int = 1) -> T:
         DamagedDocumentError: if it is nested too deep, or has a text with control characters (such
             as the commands of a terminal) or halves of characters (lone surrogates).
     """
-    if _level > DEEPEST:
+    if _level > _DEEPEST:
         raise DamagedDocumentError(_TOO_DEEP)
     if isinstance(value, str) and (harm := _HARMS.search(value)):
         raise DamagedDocumentError(

@@ -18,9 +18,9 @@ use_kept_programs()
 
 NATIVE = "native"
 XLA = "xla"
-ON_GPU = "xla on a GPU"
+_ON_GPU = "xla on a GPU"
 VARIABLE = "TEGOTAE_ENGINE"
-TESTED_LLVMLITE = ("0.50",)
+_TESTED_LLVMLITE = ("0.50",)
 """Versions of llvmlite that native code was tested with."""
 
 
@@ -50,7 +50,7 @@ def selected() -> str:
     if setting == NATIVE:
         return NATIVE
     if jax.default_backend() != "cpu":
-        return ON_GPU
+        return _ON_GPU
     if setting == XLA:
         return XLA
     missing = why_not_native()
@@ -83,9 +83,9 @@ def why_not_native() -> str:
         installed = version("llvmlite")
     except PackageNotFoundError:
         return "llvmlite is not installed"
-    if not installed.startswith(tuple(f"{tested}." for tested in TESTED_LLVMLITE)):
+    if not installed.startswith(tuple(f"{tested}." for tested in _TESTED_LLVMLITE)):
         return (
-            f"llvmlite is {installed}, and native code is tested with {', '.join(TESTED_LLVMLITE)}"
+            f"llvmlite is {installed}, and native code is tested with {', '.join(_TESTED_LLVMLITE)}"
         )
     return ""
 

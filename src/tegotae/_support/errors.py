@@ -168,7 +168,7 @@ def unknown(kind: str, name: str, names: Iterable[str]) -> TegotaeError:
     return TegotaeError(f"no {kind} is called {reprlib.repr(name)}; {hint}")
 
 
-CPU_TORCH = "pip install torch --index-url https://download.pytorch.org/whl/cpu"
+_CPU_TORCH = "pip install torch --index-url https://download.pytorch.org/whl/cpu"
 """Torch for the CPU; on Linux, what the extra sb3 installs by itself has CUDA, too."""
 
 
@@ -228,5 +228,5 @@ def how_to_install(*extras: str) -> str:
     names = ",".join(extras)
     command = f"pip install 'tegotae[{names}]', or in a clone pip install '.[{names}]'"
     if "sb3" in extras:
-        return f"{CPU_TORCH} (by default torch is several GB, for GPUs), then {command}"
+        return f"{_CPU_TORCH} (by default torch is several GB, for GPUs), then {command}"
     return command

@@ -23,17 +23,17 @@ try:
 except ImportError:  # not on Windows: there two programs must not share a folder
     fcntl = None
 
-LONGEST_NAME = 255
+_LONGEST_NAME = 255
 """Longest file name that file systems take [bytes]."""
 
 
 def require_short(place: Path | str) -> None:
     """Raise `TegotaeError` for a place with a name in it that no file can have."""
     name = max(Path(place).parts, key=_bytes, default="")
-    if _bytes(name) > LONGEST_NAME:
+    if _bytes(name) > _LONGEST_NAME:
         raise TegotaeError(
             f"{name[:40]}... has {_bytes(name)} bytes; the name of a file has "
-            f"{LONGEST_NAME} at most"
+            f"{_LONGEST_NAME} at most"
         )
 
 
@@ -86,7 +86,7 @@ _BINARY = getattr(os, "O_BINARY", 0)
 
 def _hidden(path: Path) -> str:
     """Return how the names of temporary files of `path` begin, short enough for what follows."""
-    room = LONGEST_NAME - len("..") - 2 * _RANDOM_BYTES
+    room = _LONGEST_NAME - len("..") - 2 * _RANDOM_BYTES
     return f".{os.fsdecode(os.fsencode(path.name)[:room])}."
 
 

@@ -94,7 +94,7 @@ class OutcomeSummary:
         last = jnp.where(has_cycle, cycle.to_hop.astype(final.dtype), final)
         number = (last - first).astype(end_s.dtype)
 
-        travelled = unwrapped_phase(trajectory.phase_rad)
+        travelled = _unwrapped_phase(trajectory.phase_rad)
         row = jnp.arange(timing.n_frames, dtype=last.dtype)[:, None]
         counts = (row > first[None]) & (row <= last[None])
         apex_height = jnp.sum(jnp.where(counts, table.height_m, 0.0), axis=0)
@@ -121,7 +121,7 @@ class OutcomeSummary:
         )
 
 
-def unwrapped_phase(phase_rad: AnyArray) -> jax.Array:
+def _unwrapped_phase(phase_rad: AnyArray) -> jax.Array:
     """A phase recorded modulo 2π as one that goes on [rad], shape [frames, lanes].
 
     Right as long as it moves by less than half a turn between frames.
@@ -130,7 +130,7 @@ def unwrapped_phase(phase_rad: AnyArray) -> jax.Array:
     return jnp.concatenate([phase_rad[:1], phase_rad[:1] + jnp.cumsum(steps, axis=0)])
 
 
-MAP_DURATION_S = 40.0
+_MAP_DURATION_S = 40.0
 """Simulated time of every rollout of a map [s], as of the undisturbed part of an evaluation: what
 has not settled by its end counts as without limit cycle."""
 
@@ -250,7 +250,7 @@ def sweep_gain(
         )
     rollout = Rollout(
         controller=controller,
-        timing=timing or Timing(duration_s=MAP_DURATION_S),
+        timing=timing or Timing(duration_s=_MAP_DURATION_S),
         summary=OutcomeSummary(GaitSummary(work=work)),
     )
     gains, frequencies = lanes(sigma, omega)
@@ -258,7 +258,7 @@ def sweep_gain(
     return GainSweep(np.asarray(sigma), np.asarray(omega), as_maps(outcome, sigma, omega))
 
 
-SAME_HEIGHT_M = 0.02
+_SAME_HEIGHT_M = 0.02
 """Limit cycles of equal period and winding are the same if their mean apexes differ by less [m]."""
 
 
@@ -317,7 +317,7 @@ def map_basin(
     require_one_limb(saved.body, "a map of basins")
     with_phase = saved.controller.oscillator is not None
     height, column = lanes(height_m, across)
-    timing = saved.system.timing_over(MAP_DURATION_S) if timing is None else timing
+    timing = saved.system.timing_over(_MAP_DURATION_S) if timing is None else timing
     require_measurable(timing.tick_s)
     rollout = saved.system.rollout(OutcomeSummary(), timing)
     scenario = saved.system.scenario(
@@ -359,7 +359,7 @@ def distinct_cycles(outcome: Outcome) -> tuple[np.ndarray, pd.DataFrame]:
     new[1:] = (
         (np.diff(period[order]) != 0)
         | (np.diff(turns[order]) != 0)
-        | (np.diff(height[order]) > SAME_HEIGHT_M)
+        | (np.diff(height[order]) > _SAME_HEIGHT_M)
     )
     groups = np.split(order, np.flatnonzero(new)[1:]) if len(settled) else []
     groups.sort(key=len, reverse=True)

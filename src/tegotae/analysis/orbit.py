@@ -20,7 +20,7 @@ from tegotae.parts.maths import TWO_PI
 from tegotae.simulation.rollout import KeptChannels, Timing, Trajectory
 from tegotae.systems.controller_file import SavedController
 
-ORBIT_AFTER_S = 60.0
+_ORBIT_AFTER_S = 60.0
 """Simulated time in which a gait has to settle before its orbit is looked at [s]."""
 SIGNALS = (
     *("height_m", "velocity_m_per_s", "spring_force_n"),
@@ -93,7 +93,7 @@ def require_enterable(saved: SavedController, purpose: str) -> None:
 def find_orbit(
     saved: SavedController,
     *,
-    settle_s: float = ORBIT_AFTER_S,
+    settle_s: float = _ORBIT_AFTER_S,
     tick_s: float = 0.001,
 ) -> Orbit:
     """Release a system, let it settle, and return its last limit cycle.

@@ -33,7 +33,7 @@ from tegotae.parts.terms import Signals
 from tegotae.systems.registry import is_reference, load_object
 
 _TICK_S = 0.001
-ACTS = ("force", "feedback")
+_ACTS = ("force", "feedback")
 """Meanings of an answer: the actuator force, or the feedback of an oscillator."""
 
 
@@ -42,7 +42,7 @@ class ClippedFeedbackWarning(UserWarning):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ClockedHopperSettings(HopperSettings):
+class _ClockedHopperSettings(HopperSettings):
     """A hopper whose action is the actuator force, beside a clock `φ̇ = ω` that may be observed."""
 
     observation: tuple[str, ...] = ("phase", "spring_force")
@@ -96,8 +96,8 @@ class Meaning(Part):
     step_s: float = finite(0.01, least=_TICK_S, most=0.02)
 
     def __post_init__(self) -> None:
-        if self.acts not in ACTS:
-            raise unknown("kind of action", self.acts, ACTS)
+        if self.acts not in _ACTS:
+            raise unknown("kind of action", self.acts, _ACTS)
         super().__post_init__()
         ticks = self.step_s / _TICK_S
         if abs(ticks - round(ticks)) > 1e-6:
@@ -114,7 +114,7 @@ class Meaning(Part):
         if self.acts == "feedback":
             kind, fields = TegotaeHopperSettings, {"omega": self.omega, "actuation": self.actuation}
         elif "phase" in self.observes:
-            kind, fields = ClockedHopperSettings, {"omega": self.omega}
+            kind, fields = _ClockedHopperSettings, {"omega": self.omega}
         if self.observes:
             fields["observation"] = self.observes
         return kind(
@@ -207,7 +207,7 @@ class Policy:
         return np.clip(actions, -1.0, 1.0)
 
 
-ARGUMENTS = {
+_ARGUMENTS = {
     "phase_rad": "phase",
     "spring_force_n": "spring_force",
     "velocity_m_per_s": "velocity",
@@ -225,7 +225,7 @@ def from_function(
     [rad/s]. It is given arrays; one that takes single numbers alone is asked number by number.
 
     Args:
-        function: with arguments of the names in `ARGUMENTS`, in any order.
+        function: with arguments of the names in `_ARGUMENTS`, in any order.
         meaning: what its answer is, frequency and body; what it observes is the function's to say.
             Its scale, 1 by default, multiplies the answer.
         name: for people; the function's own by default.
@@ -246,14 +246,14 @@ def from_function(
         arguments = tuple(inspect.signature(function).parameters)
     except (TypeError, ValueError):
         raise TegotaeError(f"{name} does not say which arguments it has") from None
-    strange = [argument for argument in arguments if argument not in ARGUMENTS]
+    strange = [argument for argument in arguments if argument not in _ARGUMENTS]
     if strange or not arguments:
         raise TegotaeError(
             f"{name} asks for {', '.join(strange) or 'nothing'}; the arguments of a policy are "
-            f"{', '.join(ARGUMENTS)}, any of them"
+            f"{', '.join(_ARGUMENTS)}, any of them"
         )
     meaning = Meaning() if meaning is None else meaning
-    observes = tuple(ARGUMENTS[argument] for argument in arguments)
+    observes = tuple(_ARGUMENTS[argument] for argument in arguments)
     if meaning.observes and set(meaning.observes) != set(observes):
         raise TegotaeError(
             f"{name} is declared to observe {', '.join(meaning.observes)}, and its arguments say "
@@ -297,7 +297,7 @@ def load_policy(place: Any, meaning: Meaning | None = None) -> Policy:
         MissingExtraError: without the package that reads the file.
     """
     path = Path(str(place))
-    if path.suffix.lower() in NETWORKS:
+    if path.suffix.lower() in _NETWORKS:
         answer, entries = network(path)
         meaning = Meaning() if meaning is None else meaning
         observed = meaning.settings.observed
@@ -340,7 +340,7 @@ def network(path: Path) -> tuple[Answers, int | None]:
     require_short(path)
     if not path.is_file():
         raise TegotaeError(f"there is no file {path}")
-    return NETWORKS[path.suffix.lower()](path)
+    return _NETWORKS[path.suffix.lower()](path)
 
 
 def _onnx(path: Path) -> tuple[Answers, int | None]:
@@ -459,5 +459,5 @@ def _box(does: str, saved: dict[str, Any]) -> Any:
     return Box(low, high)
 
 
-NETWORKS = {".zip": _stable_baselines, ".onnx": _onnx}
+_NETWORKS = {".zip": _stable_baselines, ".onnx": _onnx}
 """Reader of a network's file, by its ending."""

@@ -42,14 +42,14 @@ def phase_ticks(axis: Axis) -> None:
     low, high = axis.get_view_interval()
     parts = next((n for n in (1, 2, 4, 8, 16) if (high - low) * n >= 3.0 * np.pi), 32)
     axis.set_major_locator(MultipleLocator(np.pi / parts))
-    axis.set_major_formatter(lambda x, _: fraction_of_pi(x))
+    axis.set_major_formatter(lambda x, _: _fraction_of_pi(x))
 
 
-def fraction_of_pi(angle_rad: float) -> str:
+def _fraction_of_pi(angle_rad: float) -> str:
     """An angle as a fraction of π.
 
     Example:
-        >>> [fraction_of_pi(x * np.pi) for x in (0.0, 0.75, -1.0, 2.0)]
+        >>> [_fraction_of_pi(x * np.pi) for x in (0.0, 0.75, -1.0, 2.0)]
         ['0', '3π/4', '-π', '2π']
     """
     share = Fraction(angle_rad / np.pi).limit_denominator(64)

@@ -16,7 +16,7 @@ from tegotae.analysis.generalisation.run import MEASURES, Done
 from tegotae.figures.style import COLOURS, PAGE_IN, literal_text, new_figure, styled
 from tegotae.measures.statistics import Interval, share_interval
 
-MOST_LINES = len(COLOURS)
+_MOST_LINES = len(COLOURS)
 """Lines that a panel can distinguish."""
 FEW = 2
 """Number of runs below which no interval is drawn: of one run it would cover the panel."""
@@ -32,7 +32,7 @@ def curves_figure(results: Sequence[Done], disturbances: Sequence[Disturbance]) 
     Of more controllers than there are colours all are one line.
     """
     groups = {tested.name: [(tested, outcome)] for tested, outcome in results}
-    if len(groups) > MOST_LINES:
+    if len(groups) > _MOST_LINES:
         groups = {f"{len(results)} controllers": list(results)}
     return groups_figure(groups, disturbances)
 

@@ -53,7 +53,7 @@ def algorithms_figure(curves: pd.DataFrame) -> Figure:
         highest, lowest = float(values.max()), min(0.0, float(values.min()))
         room = 0.1 * (highest - lowest) or 1.0
         for i, (panel, algorithm) in enumerate(zip(panels.flat, algorithms, strict=False)):
-            title, key = f"{model}: {algorithm_title(algorithm)}", (model, algorithm)
+            title, key = f"{model}: {_algorithm_title(algorithm)}", (model, algorithm)
             if len(title) >= 36:
                 title = title.replace(": ", ":\n", 1)
             panel.set_title("\n".join(map(literal_text, title.split("\n"))), loc="left")
@@ -76,11 +76,11 @@ def algorithms_figure(curves: pd.DataFrame) -> Figure:
     return figure
 
 
-def algorithm_title(name: str) -> str:
+def _algorithm_title(name: str) -> str:
     """An algorithm as it is written in a figure.
 
     Example:
-        >>> algorithm_title("pgpe, usual settings"), algorithm_title("mine")
+        >>> _algorithm_title("pgpe, usual settings"), _algorithm_title("mine")
         ('PGPE, usual settings', 'mine')
     """
     first, comma, settings = name.partition(",")

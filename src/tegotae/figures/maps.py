@@ -67,7 +67,7 @@ def _draw_steps(axes: Axes, x: np.ndarray, y: np.ndarray, step: AnyArray, colour
     axes.pcolormesh(x, y, cells, rasterized=True, **limits)
 
 
-def draw_categories(
+def _draw_categories(
     axes: Axes, x: np.ndarray, y: np.ndarray, category: np.ndarray, labels: Sequence[str]
 ) -> list[Patch]:
     """Colour the cells by category, in steps of lightness; returns the legend's handles.
@@ -120,7 +120,7 @@ def basin_figure(basin: HopperBasin, note: str = "") -> Figure:
     regime = np.vectorize(REGIMES.index)(basin.grid("regime"))
     draw_regimes(axes, across, height, regime)
     category = np.minimum(basin.grid("limit_cycle"), _MOST)
-    patches = draw_categories(axes, across, height, category, labels)
+    patches = _draw_categories(axes, across, height, category, labels)
     if "phase_rad" in basin.frame:
         phase_axis(axes, "phase at release φ [rad]")
     else:
@@ -159,7 +159,7 @@ def phase_locking_figure(sweep: GainSweep, cut_sigma: float, note: str = "") -> 
     figure = new_figure(COLUMN_IN, 4.6)
     top, below = figure.subplots(2, 1, height_ratios=(1.5, 1.0), sharex=True)
     draw_regimes(top, omega, sweep.sigma, sweep.outcome.regime)
-    patches = draw_categories(top, omega, sweep.sigma, category, labels)
+    patches = _draw_categories(top, omega, sweep.sigma, category, labels)
     top.axhline(sigma, color="white", lw=2.2)
     top.axhline(sigma, color="black", lw=1.0, ls="--")
     top.set(ylabel="gain σ [rad/(s N)]", title=note)

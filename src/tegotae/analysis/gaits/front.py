@@ -37,20 +37,20 @@ from tegotae.systems.descriptions import describe
 from tegotae.systems.legged import Legged, lanes_of
 from tegotae.systems.tuned import NUMBERS, FrontFamily, Numbers
 
-SPEED_STEP = 0.05
+_SPEED_STEP = 0.05
 """Width of the bins of speed, of each of which the cheapest is kept [√(g l0)]."""
-LEAST_SPEED = 0.025
+_LEAST_SPEED = 0.025
 """Below this speed a walker stands [√(g l0)]."""
-MOST_SPEED = 2.0
+_MOST_SPEED = 2.0
 """No faster walker is looked for [√(g l0)]."""
 STEADY = 0.05
 """Largest change of the speed between the last two quarters, as a share of it, beside
-`STEADY_SPEED`."""
-STEADY_SPEED = 0.005
+`_STEADY_SPEED`."""
+_STEADY_SPEED = 0.005
 """Speed that is within what parts of a stride change [√(g l0)]."""
-PARENTS = 6
+_PARENTS = 6
 """Walkers of every bin that are varied."""
-FINALISTS = 8
+_FINALISTS = 8
 """Walkers of every bin that are released from unseen phases."""
 UNSEEN = 1_000
 """Added to the seed for the phases of the finalists."""
@@ -214,7 +214,7 @@ def search_front(
         parts = [FrontPart(legged, family, search, n, folder) for n in range(len(search.sizes))]
         results = measured_in_turn(parts, folder, family.name, SUFFIX)
     arrays = together(results)
-    last = cheapest(arrays["speed"], arrays["cost"], FINALISTS)
+    last = cheapest(arrays["speed"], arrays["cost"], _FINALISTS)
     shares = arrays["shares"][last]
     free = {
         name: temporary.quantile(shares[:, i])
@@ -222,7 +222,7 @@ def search_front(
     }
     numbers = family.numbers(legged, free)
     rows = evaluated(legged, family, numbers, search.unseen, search.seed + UNSEEN)
-    rows = rows[(rows.upright == 1.0) & (rows.steady == 1.0) & (rows.speed >= LEAST_SPEED)]
+    rows = rows[(rows.upright == 1.0) & (rows.steady == 1.0) & (rows.speed >= _LEAST_SPEED)]
     best = cheapest(rows.speed.to_numpy(), rows.cost_of_transport.to_numpy(), 1)
     return rows.iloc[best].reset_index(drop=True)
 
@@ -232,19 +232,19 @@ def travelled(legged: Legged, final: Travel, starts: int) -> tuple[np.ndarray, n
     does not settle, [walkers] each."""
     body = unwrapped(legged.body)
     weight = float(body.mass_kg * body.gravity_m_per_s2)  # type: ignore[attr-defined]
-    good = steady_lanes(final).reshape(-1, starts).all(axis=1)
+    good = _steady_lanes(final).reshape(-1, starts).all(axis=1)
     speed = np.asarray(final.speed_m_per_s).reshape(-1, starts).mean(axis=1)
     power = np.asarray(final.power_w).reshape(-1, starts).mean(axis=1)
-    good &= speed >= LEAST_SPEED
+    good &= speed >= _LEAST_SPEED
     with np.errstate(divide="ignore", invalid="ignore"):
         cost = power / (weight * speed)
     return np.where(good, speed, np.nan), np.where(good, cost, np.nan)
 
 
-def steady_lanes(final: Travel) -> np.ndarray:
+def _steady_lanes(final: Travel) -> np.ndarray:
     """Return a mask of the lanes that are upright and of steady speed, [lanes]."""
     speed, speed_before = np.asarray(final.speed_m_per_s), np.asarray(final.before_m_per_s)
-    steady = np.abs(speed - speed_before) <= STEADY * np.abs(speed_before) + STEADY_SPEED
+    steady = np.abs(speed - speed_before) <= STEADY * np.abs(speed_before) + _STEADY_SPEED
     return steady & ~np.asarray(final.failed, bool)
 
 
@@ -253,7 +253,7 @@ def together(results: Sequence[CellResult]) -> Arrays:
     joined = {
         name: np.concatenate([part.arrays[name] for part in results]) for name in results[0].arrays
     }
-    good = np.isfinite(joined["cost"]) & (joined["speed"] < MOST_SPEED)
+    good = np.isfinite(joined["cost"]) & (joined["speed"] < _MOST_SPEED)
     return {name: values[good] for name, values in joined.items()}
 
 
@@ -269,7 +269,7 @@ def cheapest(speed: np.ndarray, cost: np.ndarray, count: int) -> np.ndarray:
         >>> cheapest(np.array([0.06, 0.07, 0.12]), np.array([2.0, 1.0, 3.0]), 1).tolist()
         [1, 2]
     """
-    bins = np.floor(speed / SPEED_STEP).astype(int)
+    bins = np.floor(speed / _SPEED_STEP).astype(int)
     order = np.lexsort((cost, bins))
     first = np.searchsorted(bins[order], bins[order])
     return order[np.arange(len(order)) - first < count]
@@ -286,7 +286,7 @@ def variations(arrays: Arrays, count: int, width: float, draw: np.random.Generat
     """
     if not len(arrays["cost"]):
         return draw.uniform(size=(count, arrays["shares"].shape[1]))
-    parents = arrays["shares"][cheapest(arrays["speed"], arrays["cost"], PARENTS)]
+    parents = arrays["shares"][cheapest(arrays["speed"], arrays["cost"], _PARENTS)]
     chosen_parents = parents[draw.integers(len(parents), size=count)]
     return np.clip(chosen_parents + width * draw.normal(size=chosen_parents.shape), 0.0, 1.0)
 
@@ -323,7 +323,7 @@ def evaluated(
             "cost_of_transport": measured["cost_of_transport"],
             **{name: np.asarray(numbers[name], float) for name in NUMBERS},
             "upright": measured["upright"],
-            "steady": steady_lanes(path).reshape(walkers, starts).mean(axis=1),
+            "steady": _steady_lanes(path).reshape(walkers, starts).mean(axis=1),
             "locked": measured["locked"],
             "speed_spread": np.nanstd(speeds, axis=1),
             "gait": measured["gait"],

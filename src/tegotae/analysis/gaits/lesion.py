@@ -228,7 +228,7 @@ class Aftermath:
 
 
 @dataclass(frozen=True, kw_only=True)
-class BeforeAndAfter(CoordinationSummary):
+class _BeforeAndAfter(CoordinationSummary):
     """A `Rollout`'s summary: the coordination in the ends of both parts of a recording.
 
     Args:
@@ -311,7 +311,7 @@ def aftermath(
     reference = legged.reference if legged.reference in remaining else remaining[0]
     phase = random_phases(len(legs), starts, seed)
     summary = legged.summary(
-        BeforeAndAfter, reference=reference, cut=cut, window=shorter // 4, left=remaining
+        _BeforeAndAfter, reference=reference, cut=cut, window=shorter // 4, left=remaining
     )
     gait_before, gait_after = lanes_of(legged.run(summary, lesion.scenario(legged, phase)))
     left_legs = [legs[i] for i in remaining]

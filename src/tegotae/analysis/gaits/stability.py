@@ -34,11 +34,11 @@ from tegotae.simulation.rollout import Timing
 from tegotae.simulation.schedules import Step
 from tegotae.systems.legged import Legged
 
-KICK = 0.005
+_KICK = 0.005
 """Size of the phase perturbation [cycles]."""
 SKIP, CYCLES = 4, 8
 """Numbers of cycles after the perturbation that are skipped, and then fitted."""
-LINEAR = 0.1
+_LINEAR = 0.1
 """Largest deviation that is small enough to be fitted [cycles]."""
 _KICK_FRAMES = 40
 
@@ -59,7 +59,7 @@ class ReturnMap(NamedTuple):
         return float(np.abs(self.multipliers[0]))
 
 
-def fit_return_map(deviation: ArrayLike, *, limit: float = LINEAR) -> ReturnMap:
+def fit_return_map(deviation: ArrayLike, *, limit: float = _LINEAR) -> ReturnMap:
     """The linear map that takes deviations of lags to those a cycle later, by least squares.
 
     Args:
@@ -180,7 +180,7 @@ def stability(
     over: Axis,
     gaits: Sequence[str] | None = None,
     *,
-    kick: float = KICK,
+    kick: float = _KICK,
     pairs: int = 8,
     skip: int = SKIP,
     cycles: int = CYCLES,

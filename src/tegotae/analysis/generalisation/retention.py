@@ -30,7 +30,7 @@ from tegotae.simulation.rollout import (
 EVENT_SHARE = 0.375
 """Share of the time after which what happens at a time happens: the first apex then, of what
 hops."""
-LAG_TOLERANCE = 0.1
+_LAG_TOLERANCE = 0.1
 """Largest distance of a gait's lags from those without a disturbance [cycles]."""
 MEASURED_SHARE = 0.375
 """Efficiency is that of the whole hops in this last share of the time."""
@@ -214,7 +214,7 @@ class GaitRetention:
         with np.errstate(invalid="ignore", divide="ignore"):
             locked = np.isfinite(baseline["lock_time_s"])
             gap = np.asarray(lag_difference(disturbed["lag"], baseline["lag"]))
-            near = np.nanmax(np.where(np.isnan(gap), np.inf, gap), axis=0) <= LAG_TOLERANCE
+            near = np.nanmax(np.where(np.isnan(gap), np.inf, gap), axis=0) <= _LAG_TOLERANCE
             speed = disturbed["ahead_m_per_s"] / baseline["ahead_m_per_s"]
             moved = _steps(baseline)
             moves = moved & _steps(disturbed) & ~(speed < STANDING_SHARE)

@@ -263,16 +263,16 @@ def margin(disturbance: Disturbance, below: bool, survived: np.ndarray) -> Margi
     side, runs = "below" if below else "above", len(survived)
     if not runs:
         return Margin(disturbance.name, side, 0, *[np.nan] * 4)
-    half, nearest, farthest = median_interval(survived)
+    half, nearest, farthest = _median_interval(survived)
     ends = sorted((levels[nearest], levels[farthest + 1])) if runs > 1 else [np.nan] * 2
     return Margin(disturbance.name, side, runs, levels[half], levels[half + 1], *ends)
 
 
-def median_interval(counts: np.ndarray, seed: int = 0) -> tuple[int, int, int]:
+def _median_interval(counts: np.ndarray, seed: int = 0) -> tuple[int, int, int]:
     """Median of counts, of two middle ones the lower, and its 95 % interval by the bootstrap.
 
     Example:
-        >>> median_interval(np.array([1, 2, 2, 4]))[0]
+        >>> _median_interval(np.array([1, 2, 2, 4]))[0]
         2
     """
     counts = np.sort(counts).astype(int)

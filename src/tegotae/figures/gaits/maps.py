@@ -74,12 +74,12 @@ def map_figure(gait_map: GaitMap, note: str = "") -> Figure:
     return figure
 
 
-Grid = tuple[np.ndarray, np.ndarray]
+_Grid = tuple[np.ndarray, np.ndarray]
 Cells = Mapping[Any, np.ndarray]
 """Numbers of every cell, [rows, columns]."""
 
 
-def _gaits(figure: Figure, axes: Axes, grid: Grid, cells: Cells) -> None:
+def _gaits(figure: Figure, axes: Axes, grid: _Grid, cells: Cells) -> None:
     gait = cells["gait"]
     colours = np.array([_rgb(name) for name in gait.ravel()]).reshape(*gait.shape, 3)
     split = (cells["share"] < 1.0)[..., None]
