@@ -84,6 +84,23 @@ class Artefact:
         command = module_file(entry[1]) if entry else None
         return [command or file]
 
+    @property
+    def has_command(self) -> bool:
+        """True if the repository has the program or the command of `tegotae`."""
+        if "python " in self.command:
+            return bool(self.scripts) and all(script.exists() for script in self.scripts)
+        if not self.command.startswith("tegotae "):
+            return True
+        return any(f"{self.command} ".startswith(f"tegotae {name} ") for name in commands())
+
+
+@cache
+def commands() -> list[str]:
+    """The commands of `tegotae`, by their words."""
+    file = ROOT / "src" / "tegotae" / "cli" / "commands.toml"
+    purposes = tomllib.loads(file.read_text(encoding="utf-8"))
+    return [name for names in purposes.values() for name in names]
+
 
 def artefacts() -> list[Artefact]:
     """The rows of all files `artefacts.toml`."""
@@ -281,7 +298,8 @@ def verdicts(since: str) -> list[Verdict]:
     for row in artefacts():
         code = sorted(closure(row.scripts) & changed)
         is_made = bool(set(row.paths) & changed)
-        reasons = [] if is_made else [f"{x} changed" for x in matching(row.needs) if x in changed]
+        reasons = [] if row.has_command else ["its command is gone"]
+        reasons += [] if is_made else [f"{x} changed" for x in matching(row.needs) if x in changed]
         reasons += [] if is_made else [f"the pin {x!r} changed" for x in row.pins if x in pins]
         if row.check and code:
             reasons += CHECKS[row.check](row.paths)

@@ -38,8 +38,7 @@ def test_a_row_has_files_and_a_command_that_is_there(row: Artefact):
     assert [pattern for pattern in row.needs if not artefacts.matching([pattern])] == []
     assert set(row.pins) <= set(pins)
     assert row.check in ("", *CHECKS)
-    if "python " in row.command:
-        assert row.scripts, row.command
+    assert row.has_command, row.command
 
 
 def test_what_a_command_runs_is_found_through_its_imports():
