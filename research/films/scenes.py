@@ -26,8 +26,9 @@ from tegotae.figures.style import COLOURS
 from tegotae.measures.hopping.metrics import LIMIT_CYCLE
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.fields import replace
-from tegotae.simulation.rollout import Timing, whole_trajectory
+from tegotae.simulation.rollout import Timing
 from tegotae.simulation.schedules import Staircase
+from tegotae.simulation.summaries import whole_trajectory
 from tegotae.simulation.world import with_changes
 from tegotae.systems.legged import settling
 from tegotae.systems.recipe import recipe

@@ -38,11 +38,8 @@ from tegotae.analysis.generalisation.run import (
 from tegotae.figures.generalisation import groups_figure
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.parts.bodies import Body
-from tegotae.simulation.rollout import (
-    Scenario,
-    Timing,
-    Trajectory,
-)
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Scenario, Timing
 from tegotae.systems.recipe import study_recipes
 from tegotae.training.collection import read_runs
 

@@ -18,7 +18,8 @@ from tegotae.figures.animation import FRAMES_PER_S, save_animation
 from tegotae.figures.gaits.animation import LegPositions, moving, pose
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 from tegotae.parts.fields import replace
-from tegotae.simulation.rollout import Timing, Trajectory
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Timing
 from tegotae.simulation.schedules import Step
 from tegotae.simulation.world import with_changes
 from tegotae.systems.legged import Legged, random_phases

@@ -10,7 +10,7 @@ from tegotae.analysis.gaits.lesion import GaitLesion, aftermath
 from tegotae.api import gaits
 from tegotae.parts.bodies import Bar, Walker
 from tegotae.parts.fields import replace
-from tegotae.simulation.rollout import whole_trajectory
+from tegotae.simulation.summaries import whole_trajectory
 from tegotae.systems.legged import random_phases
 from tegotae.systems.resolve import legged_system as system
 

@@ -24,8 +24,8 @@ from kept_hopper import difference
 from tegotae import Timing
 from tegotae.envs import load_wiring
 from tegotae.envs.env_spec import EnvSpec
-from tegotae.simulation.rollout import whole_trajectory
 from tegotae.simulation.schedules import Step
+from tegotae.simulation.summaries import whole_trajectory
 from tegotae.systems import controller_file
 from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import legged_system as system

@@ -11,7 +11,7 @@ import pytest
 from tegotae import Scenario, TegotaeError, Timing
 from tegotae.measures.objectives.walking import COMMANDED_TRACKING as TRACKING, CommandedWalking
 from tegotae.parts.bodies import Walker
-from tegotae.simulation.rollout import Trajectory
+from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.world import Uniform
 from tegotae.systems.recipe import recipe
 

@@ -23,8 +23,7 @@ from tegotae.measures.hopping.signals import (
 )
 from tegotae.measures.objectives.fitness import EPISODE, HERTZ, SETTLE_S, Fitness
 from tegotae.measures.objectives.objective import FAILED_FITNESS, Objective
-from tegotae.simulation.recorder import COMMON
-from tegotae.simulation.rollout import Trajectory
+from tegotae.simulation.recorder import COMMON, Trajectory
 from tegotae.systems.recipe import recipe
 
 TIMING = Timing(duration_s=20.0)

@@ -27,7 +27,7 @@ from tegotae.parts.terms import (
     WholeBodyCorrectedFoot,
     WholeBodyFoot,
 )
-from tegotae.simulation.rollout import Trajectory
+from tegotae.simulation.recorder import Trajectory
 from tegotae.systems.recipe import recipe
 
 TIMING = Timing(duration_s=20.0, tick_s=0.01, frame_s=0.1)

@@ -8,7 +8,7 @@ import pytest
 from synthetic import Hopping, seconds
 from tegotae.measures.hopping import gait, metrics
 from tegotae.measures.hopping.recording import from_samples
-from tegotae.simulation.rollout import Trajectory
+from tegotae.simulation.recorder import Trajectory
 
 METRICS = (metrics.feedback_share, metrics.feedback_while_pushing, metrics.phase_share)
 ALPHA = 4.0

@@ -9,7 +9,8 @@ import pytest
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.held import with_held_feedback
-from tegotae.simulation.rollout import KeptChannels, Rollout, Scenario, Timing
+from tegotae.simulation.rollout import Rollout, Scenario, Timing
+from tegotae.simulation.summaries import KeptChannels
 from tegotae.systems.recipe import recipe
 
 SECOND = Timing(duration_s=1.0, tick_s=0.001)

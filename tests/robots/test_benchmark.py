@@ -14,7 +14,7 @@ from brief_subjects import BriefHopper, BriefQuadruped
 from places import ROOT
 from tegotae.measures.objectives.fitness import HopOutcome
 from tegotae.simulation.integrators import Hold
-from tegotae.simulation.rollout import whole_trajectory
+from tegotae.simulation.summaries import whole_trajectory
 from tegotae.systems.controller_file import load
 from tegotae_robots.api.benchmark import KEPT
 from tegotae_robots.api.robots import benchmark

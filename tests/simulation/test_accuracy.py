@@ -16,7 +16,7 @@ import pytest
 from oracle import Flown, Law, Leg, fly, is_non_chaotic, learned_art, learned_single, vanilla
 from tegotae import Controller, Hopper, Rollout, Scenario, Timing
 from tegotae.simulation.integrators import Hold, PredictorCorrector
-from tegotae.simulation.rollout import Trajectory
+from tegotae.simulation.recorder import Trajectory
 from tegotae.systems.recipe import recipe
 
 WITHIN_M = {"float32": 1e-3, "float64": 2.5e-4}

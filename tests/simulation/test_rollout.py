@@ -14,7 +14,7 @@ import pytest
 
 from tegotae import Rollout, Scenario, TegotaeError, Timing
 from tegotae.simulation.integrators import Hold
-from tegotae.simulation.rollout import Trajectory
+from tegotae.simulation.recorder import Trajectory
 from tegotae.systems.recipe import recipe
 
 SHORT = Timing(duration_s=3.0)

@@ -18,7 +18,7 @@ from tegotae._support.limits import available_memory, require_memory
 from tegotae.analysis.maps import axis, lanes
 from tegotae.figures.animation import animation_file, save_animation
 from tegotae.figures.style import literal_text, new_figure, save_figure, styled
-from tegotae.simulation.rollout import whole_trajectory
+from tegotae.simulation.summaries import whole_trajectory
 from tegotae.systems.recipe import recipe
 from tegotae.training.run import Run, train as train_run
 

@@ -25,7 +25,8 @@ from tegotae.measures.hopping.metrics import FAILED
 from tegotae.measures.objectives.fitness import EPISODE, Fitness, HopOutcome
 from tegotae.parts.bodies import Body
 from tegotae.parts.controller import Controller
-from tegotae.simulation.rollout import Rollout, Scenario, Timing, Trajectory
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Rollout, Scenario, Timing
 from tegotae.systems.recipe import recipe
 
 ACTUATIONS = ("sector", "reflex")

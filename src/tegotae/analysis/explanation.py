@@ -25,7 +25,8 @@ from tegotae.parts.controller import Controller
 from tegotae.parts.held import with_held_feedback
 from tegotae.parts.maths import TWO_PI
 from tegotae.parts.terms import Signals
-from tegotae.simulation.rollout import KeptChannels, Scenario, Timing
+from tegotae.simulation.rollout import Scenario, Timing
+from tegotae.simulation.summaries import KeptChannels
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.legged import Legged, lanes_of
 

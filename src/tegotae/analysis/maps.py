@@ -21,7 +21,8 @@ from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body, require_one_limb
 from tegotae.parts.controller import Controller
 from tegotae.parts.maths import TWO_PI
-from tegotae.simulation.rollout import Rollout, Scenario, Timing, Trajectory
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Rollout, Scenario, Timing
 from tegotae.systems.controller_file import SavedController
 
 

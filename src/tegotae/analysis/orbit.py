@@ -11,13 +11,17 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_M
+from tegotae.measures.hopping.catalogue import limit_cycle_period
 from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.hopping import Hops, hops
 from tegotae.measures.hopping.metrics import LIMIT_CYCLE, REGIMES
 from tegotae.measures.hopping.signals import require_measurable
+from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body, Hopper, require_one_limb
 from tegotae.parts.maths import TWO_PI
-from tegotae.simulation.rollout import KeptChannels, Timing, Trajectory
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Scenario, Timing
+from tegotae.simulation.summaries import KeptChannels, Together
 from tegotae.systems.controller_file import SavedController
 
 _ORBIT_AFTER_S = 60.0
@@ -121,9 +125,12 @@ def find_orbit(
     system = saved.system
     timing = system.timing_over(settle_s, tick_s=tick_s, frame_s=system.period_s(tick_s))
     require_measurable(timing.tick_s)
-    rollout = system.rollout(_recorded, timing)
+    names = oscillator_state_names(saved)
+    apex_names = tuple(f"apex_{name}" for name in names)
+    channels = KeptChannels(("time_s", "phase_rad", *SIGNALS, *names, *apex_names))
+    rollout = system.rollout(Together((channels, _LastCycle())), timing)
     recorded = rollout.run(saved.weights, system.scenario(), saved.body, dtype="float64")
-    lane, regime, period, table = jax.tree.map(lambda x: x[..., 0], recorded)
+    lane, (regime, period, table) = jax.tree.map(lambda x: x[..., 0], recorded)
     if regime != LIMIT_CYCLE:
         raise NoLimitCycleError(
             f"released from {system.release.height_m:g} m at phase "
@@ -135,7 +142,6 @@ def find_orbit(
     first = last - k
     apexes = table.frame[first:last]
     path = jax.tree.map(lambda x: x[table.frame[first] : table.frame[last]], lane)
-    names = oscillator_state_names(saved)
     return Orbit(
         hops=k,
         period_s=float(table.time_s[last] - table.time_s[first]),
@@ -155,10 +161,22 @@ def oscillator_state_names(saved: SavedController) -> tuple[str, ...]:
     return () if oscillator is None else oscillator.STATE
 
 
-def _recorded(trajectory, scenario, body, timing):
-    gait = GaitSummary()(trajectory, scenario, body, timing)
-    table = hops(trajectory, body.rest_length_m)
-    return trajectory, gait.regime, gait.limit_cycle_period, table
+@dataclass(frozen=True)
+class _LastCycle:
+    """The summary of a lane's regime, the period of its limit cycle and its hops."""
+
+    gait: GaitSummary = GaitSummary(metrics=(limit_cycle_period,))  # noqa: RUF009 - immutable
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        return self.gait.needs
+
+    def __call__(
+        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
+    ) -> tuple[AnyArray, AnyArray, Hops]:
+        gait = self.gait(trajectory, scenario, body, timing)
+        table = hops(trajectory, body.rest_length_m)
+        return gait.regime, gait.limit_cycle_period, table
 
 
 def check_heights(height_m: np.ndarray, duration_s: float) -> np.ndarray:

@@ -16,7 +16,8 @@ from tegotae.measures.hopping.hopping import dies_out, whole_hops
 from tegotae.measures.hopping.signals import cot_inverse, work_total
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body, require_one_limb
-from tegotae.simulation.rollout import Timing, Trajectory
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Timing
 from tegotae.systems.system import System
 
 EFFICIENCY = (

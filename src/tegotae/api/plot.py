@@ -31,7 +31,8 @@ from tegotae.api.hopping import HopperController, HopperOptions
 from tegotae.api.parameters import HIDDEN, Values, filled, in_shell
 from tegotae.api.results import Figure
 from tegotae.parts.bodies import Body
-from tegotae.simulation.rollout import Timing, Trajectory
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Timing
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.system import Release
 from tegotae.systems.vanilla import PRESETS

@@ -36,7 +36,8 @@ from tegotae.parts.oscillators import Oscillator, PhaseOscillator
 from tegotae.parts.terms import EllipticFoot, Term
 from tegotae.simulation.checks import check_part, probing
 from tegotae.simulation.recorder import Trajectory
-from tegotae.simulation.rollout import KeptChannels, Rollout, Scenario, Timing
+from tegotae.simulation.rollout import Rollout, Scenario, Timing
+from tegotae.simulation.summaries import KeptChannels
 
 _FRAME_S = 0.02
 _FRAMES = 700

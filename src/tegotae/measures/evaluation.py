@@ -38,16 +38,9 @@ from tegotae.parts.oscillators import Clamped
 from tegotae.parts.parameters import Part, finite, whole
 from tegotae.simulation.checks.passive import check_passive
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
-from tegotae.simulation.rollout import (
-    KeptChannels,
-    Rollout,
-    Scenario,
-    Summary,
-    Timing,
-    Trajectory,
-    as_lanes,
-    check_senses,
-)
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Rollout, Scenario, Timing, as_lanes, check_senses
+from tegotae.simulation.summaries import KeptChannels, Summary
 
 CONTINUOUS = PredictorCorrector()
 """Time as the paper has it: the controller is not held over a control period."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
-from functools import lru_cache, partial
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -18,6 +18,7 @@ from tegotae._support.transforms import compiled_for
 from tegotae.parts.bodies import Body
 from tegotae.simulation.episode import EpisodeProgram, LaneInputs, Shared
 from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.summaries import KeptChannels, Summary, Together
 from tegotae.simulation.timing import Timing, padded_lanes
 from tegotae.simulation.world import Scenario
 
@@ -34,14 +35,14 @@ _PROGRAMS = 64
 def roll_out_native(
     program: EpisodeProgram,
     timing: Timing,
-    summary: Callable[..., Any],
+    summary: Summary,
     lanes: LaneInputs,
     body: Body,
 ) -> Any:
     """The summary of every lane, as NumPy arrays, lanes last.
 
-    Memory does not grow with frames x lanes: a summary is made of a group of lanes as soon as these
-    have been rolled out.
+    A summary is made of a group of lanes as soon as these have been rolled out, and only its result
+    is kept. `KeptChannels` are copied lane by lane; what is computed takes blocks of 64 lanes.
 
     Args:
         program: what is advanced and recorded.
@@ -58,38 +59,86 @@ def roll_out_native(
     kernel = _kernel(program, _Like.from_tree((_lanes(lanes, 1), shared)))
     if isinstance(kernel, CannotLower):
         raise kernel
-    frames = _lanes(kernel.channels, LANES_SUMMARISED, timing.n_frames)
-    block = frames, _lanes(lanes.scenario, LANES_SUMMARISED), shared.body
-    summarised = _summarised(timing, summary, _Like.from_tree(block))
-
-    def output(like: jax.ShapeDtypeStruct) -> np.ndarray:
-        return np.empty((*like.shape[:-1], count), like.dtype)
-
-    results = jax.tree.map(output, summarised.out_info)
-
-    def put(offset: slice, output: np.ndarray, some: jax.Array) -> None:
-        output[..., offset] = np.asarray(some)[..., : offset.stop - offset.start]
-
-    def collect(first: int, n: int, trajectory: Trajectory) -> None:
-        with jax.enable_x64(dtype == "float64"):  # a setting of each thread
-            for offset in range(0, n, LANES_SUMMARISED):
-                lanes_slice = slice(first + offset, first + min(offset + LANES_SUMMARISED, n))
-                summed = padded_lanes(
-                    trajectory, slice(offset, offset + LANES_SUMMARISED), LANES_SUMMARISED
-                )
-                met = padded_lanes(lanes.scenario, lanes_slice, LANES_SUMMARISED)
-                part = summarised(summed, met, shared.body)
-                jax.tree.map(partial(put, lanes_slice), results, part)
-
+    parts = summary.parts if isinstance(summary, Together) else (summary,)
+    copied = Together(tuple(part for part in parts if isinstance(part, KeptChannels)))
+    computed = Together(tuple(part for part in parts if not isinstance(part, KeptChannels)))
+    channels = kernel.channels.only(copied.needs)
+    results = _Results(
+        _new_arrays(_lanes(channels, count, timing.n_frames)),
+        _Blocks.for_lanes(computed, timing, kernel.channels, lanes, shared.body)
+        if computed.parts
+        else None,
+    )
     kernel.run(
         lanes,
         shared,
         frames=timing.n_frames,
         ticks_per_frame=timing.ticks_per_frame,
         threads=available_cores(),
-        collect=collect,
+        collect=results.collect,
     )
-    return results
+    of_parts = results.of(parts)
+    return of_parts if isinstance(summary, Together) else of_parts[0]
+
+
+@dataclass(frozen=True)
+class _Blocks:
+    """What summaries compute, block by block, and where they put it."""
+
+    summaries: Together
+    compiled: jax.stages.Compiled
+    lanes: LaneInputs
+    body: Body
+    results: tuple[Any, ...]
+
+    @classmethod
+    def for_lanes(
+        cls,
+        summaries: Together,
+        timing: Timing,
+        channels: Trajectory,
+        lanes: LaneInputs,
+        body: Body,
+    ) -> _Blocks:
+        frames = _lanes(channels.only(summaries.needs), LANES_SUMMARISED, timing.n_frames)
+        block = frames, _lanes(lanes.scenario, LANES_SUMMARISED), body
+        summarised = _summarised(timing, summaries, _Like.from_tree(block))
+        results = _new_arrays(_lanes(summarised.out_info, lanes.weights.shape[-1]))
+        return cls(summaries, summarised, lanes, body, results)
+
+    def collect(self, first: int, n: int, trajectory: Trajectory) -> None:
+        """Summarise a group of lanes, of which the first is given."""
+        recorded = trajectory.only(self.summaries.needs)
+        with jax.enable_x64(self.lanes.weights.dtype == "float64"):  # a setting of each thread
+            for offset in range(0, n, LANES_SUMMARISED):
+                lanes = slice(first + offset, first + min(offset + LANES_SUMMARISED, n))
+                summed = padded_lanes(
+                    recorded, slice(offset, offset + LANES_SUMMARISED), LANES_SUMMARISED
+                )
+                met = padded_lanes(self.lanes.scenario, lanes, LANES_SUMMARISED)
+                _put(self.results, lanes, self.compiled(summed, met, self.body))
+
+
+@dataclass(frozen=True)
+class _Results:
+    """Results of a rollout: recordings that are kept as they are, and what is computed of them."""
+
+    copied: Trajectory
+    computed: _Blocks | None
+
+    def collect(self, first: int, n: int, trajectory: Trajectory) -> None:
+        """Take in the recording of a group of lanes."""
+        _put(self.copied, slice(first, first + n), trajectory.only(self.copied.channels))
+        if self.computed is not None:
+            self.computed.collect(first, n, trajectory)
+
+    def of(self, parts: tuple[Summary, ...]) -> tuple[Any, ...]:
+        """Return each summary's result."""
+        computed = iter(self.computed.results if self.computed else ())
+        return tuple(
+            self.copied.only(part.needs) if isinstance(part, KeptChannels) else next(computed)
+            for part in parts
+        )
 
 
 def cannot_lower(program: EpisodeProgram, lanes: LaneInputs, body: Body) -> str:
@@ -136,6 +185,20 @@ class _Like(NamedTuple):
         return jax.tree.unflatten(self.structure, self.leaves)
 
 
+def _new_arrays(shapes: Any) -> Any:
+    """Arrays of these shapes, to be filled."""
+    return jax.tree.map(lambda x: np.empty(x.shape, x.dtype), shapes)
+
+
+def _put(results: Any, lanes: slice, values: Any) -> None:
+    """Write values of some lanes, and perhaps more behind them, into arrays of all lanes."""
+
+    def put(array: np.ndarray, value: jax.Array | np.ndarray) -> None:
+        array[..., lanes] = np.asarray(value)[..., : lanes.stop - lanes.start]
+
+    jax.tree.map(put, results, values)
+
+
 def _lanes(tree: Any, count: int, *leading: int) -> Any:
     """The shapes of arrays, with so many lanes and other axes before their own."""
 
@@ -166,7 +229,7 @@ def _kernel(program: EpisodeProgram, inputs: _Like) -> Kernel | CannotLower:
 
 
 @lru_cache(_PROGRAMS)
-def _summarised(timing: Timing, summary: Callable[..., Any], block: _Like) -> jax.stages.Compiled:
+def _summarised(timing: Timing, summary: Summary, block: _Like) -> jax.stages.Compiled:
     """The summary of a block, compiled: one for all controllers whose recordings are alike."""
 
     def of_block(trajectory: Trajectory, scenario: Scenario, body: Body) -> Any:

@@ -93,6 +93,12 @@ class Trajectory:
     def __repr__(self) -> str:
         return f"Trajectory({', '.join(self.channels)})"
 
+    def only(self, names: Iterable[str] | None) -> Trajectory:
+        """Return these channels; all if None."""
+        if names is None:
+            return self
+        return Trajectory(**{name: self.channels[name] for name in names})
+
     def tree_flatten(self) -> tuple[tuple[Recorded, ...], tuple[str, ...]]:
         """The arrays, and their names."""
         return tuple(self.channels.values()), tuple(self.channels)

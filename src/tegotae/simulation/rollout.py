@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 import reprlib
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -24,64 +23,11 @@ from tegotae.simulation.draws import check_scenario
 from tegotae.simulation.episode import EpisodeProgram, LaneInputs
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.loop import ClosedLoop, check_senses
-from tegotae.simulation.recorder import Recorder, Trajectory
+from tegotae.simulation.recorder import Recorder
 from tegotae.simulation.schedules import mapped_change
+from tegotae.simulation.summaries import KeptChannels, Summary, whole_trajectory
 from tegotae.simulation.timing import Timing
 from tegotae.simulation.world import GROUND, OMEGA, Scenario
-
-
-@dataclass(frozen=True)
-class KeptChannels:
-    """The summary that keeps what was recorded, as it is.
-
-    Args:
-        needs: the channels that are recorded; all by default.
-    """
-
-    needs: tuple[str, ...] | None = None
-
-    def __call__(
-        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> Trajectory:
-        """Return these channels of the trajectory."""
-        if self.needs is None:
-            return trajectory
-        return Trajectory(**{name: trajectory.channels[name] for name in self.needs})
-
-
-whole_trajectory = KeptChannels()
-"""The summary that keeps everything."""
-
-
-Summary = Callable[[Trajectory, Scenario, Body, Timing], Any]
-
-
-@dataclass(frozen=True)
-class Together:
-    """The summary that gives what several summaries make of the same lanes, as a tuple.
-
-    Args:
-        parts: the summaries.
-    """
-
-    parts: tuple[Summary, ...]
-
-    @property
-    def needs(self) -> tuple[str, ...] | None:
-        """The channels that are recorded for them; None for all."""
-        channels: dict[str, None] = {}
-        for part in self.parts:
-            names: tuple[str, ...] | None = getattr(part, "needs", None)
-            if names is None:
-                return None
-            channels |= dict.fromkeys(names)
-        return tuple(channels)
-
-    def __call__(
-        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> tuple[Any, ...]:
-        """Return each summary's result."""
-        return tuple(part(trajectory, scenario, body, timing) for part in self.parts)
 
 
 @dataclass(frozen=True, kw_only=True)

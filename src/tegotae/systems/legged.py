@@ -16,7 +16,8 @@ from tegotae.measures.gaits.summary import CoordinationSummary
 from tegotae.parts._shapes import AnyArray, ArrayTree, LaneNumbers
 from tegotae.parts.bodies import Body, Interface, Sensors, Walker
 from tegotae.parts.fields import replace, unwrapped
-from tegotae.simulation.rollout import Rollout, Scenario, Summary, Timing
+from tegotae.simulation.rollout import Rollout, Scenario, Timing
+from tegotae.simulation.summaries import Summary
 from tegotae.systems.system import WALKING, OnSystem, System
 
 S = TypeVar("S", bound=CoordinationSummary)

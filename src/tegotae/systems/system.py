@@ -20,7 +20,8 @@ from tegotae.parts.oscillators import Oscillator
 from tegotae.simulation.draws import check_scenario
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.loop import check_senses
-from tegotae.simulation.rollout import Rollout, Summary, Timing, whole_trajectory
+from tegotae.simulation.rollout import Rollout, Timing
+from tegotae.simulation.summaries import Summary, whole_trajectory
 from tegotae.simulation.world import Scenario
 
 RELEASE_M = 1.2

@@ -14,8 +14,8 @@ from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import MjData, MjModel
 from tegotae.envs.mujoco.sensing import Sensing, is_sound
 from tegotae.envs.scaling import foot_of, gravity_m_per_s2, lowest, started
-from tegotae.simulation.rollout import whole_trajectory
 from tegotae.simulation.schedules import Step
+from tegotae.simulation.summaries import whole_trajectory
 from tegotae.systems.legged import Legged
 from tegotae.systems.system import WALKING_TICK
 

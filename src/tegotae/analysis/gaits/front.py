@@ -31,7 +31,8 @@ from tegotae.parts.bodies import Body
 from tegotae.parts.fields import replace, unwrapped
 from tegotae.parts.parameters import Part, whole
 from tegotae.simulation.recorder import Trajectory, needing
-from tegotae.simulation.rollout import Scenario, Summary, Timing, Together
+from tegotae.simulation.rollout import Scenario, Timing
+from tegotae.simulation.summaries import Summary, Together
 from tegotae.study import Arrays, Cell, CellResult, Study, measured_in_turn
 from tegotae.systems.descriptions import describe
 from tegotae.systems.legged import Legged, lanes_of

@@ -28,7 +28,8 @@ from tegotae.measures.statistics import share_interval
 from tegotae.parts._shapes import AnyArray, LaneNumbers
 from tegotae.parts.bodies import Body
 from tegotae.simulation.recorder import Trajectory
-from tegotae.simulation.rollout import KeptChannels, Timing, Together, whole_trajectory
+from tegotae.simulation.rollout import Timing
+from tegotae.simulation.summaries import KeptChannels, Together, whole_trajectory
 from tegotae.simulation.world import whole_run, with_changes
 from tegotae.systems.descriptions import describe
 from tegotae.systems.legged import Legged, lanes_of, random_phases

@@ -19,13 +19,9 @@ from tegotae.measures.hopping.hopping import LimitCycle, dies_out, find_limit_cy
 from tegotae.measures.hopping.signals import cot_inverse
 from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.parts.bodies import Body
-from tegotae.simulation.rollout import (
-    KeptChannels,
-    Scenario,
-    Summary,
-    Timing,
-    Trajectory,
-)
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Scenario, Timing
+from tegotae.simulation.summaries import KeptChannels, Summary
 
 EVENT_SHARE = 0.375
 """Share of the time after which what happens at a time happens: the first apex then, of what

@@ -42,7 +42,8 @@ from tegotae.measures.hopping.signals import FORCE_PERIOD_S, check_work, cot_inv
 from tegotae.measures.metric import Metric
 from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body
-from tegotae.simulation.rollout import Scenario, Timing, Trajectory
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Scenario, Timing
 
 
 @jax.tree_util.register_pytree_node_class
@@ -133,6 +134,7 @@ class GaitSummary:
 
     Args:
         work: definition of work, one of "absolute", "positive", "net".
+        metrics: which; the package's own by default.
 
     Example:
         >>> import numpy as np
@@ -145,11 +147,12 @@ class GaitSummary:
     """
 
     work: str = "absolute"
+    metrics: tuple[GaitMetric, ...] | None = None
 
     @property
     def needs(self) -> tuple[str, ...]:
         """The channels that are recorded for it."""
-        return channels_of(built_in_gait())
+        return channels_of(built_in_gait() if self.metrics is None else self.metrics)
 
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
@@ -163,6 +166,7 @@ class GaitSummary:
             frame_s=timing.frame_s,
             disturbed_at_s=scenario.drop_time_s,
             work=self.work,
+            metrics=self.metrics,
         )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.parts.parameters import Part, positive, whole
-from tegotae.simulation.rollout import Trajectory
+from tegotae.simulation.recorder import Trajectory
 
 HOP_CLEARANCE = 0.01
 """A hop clears the rest length of the leg by at least this share of it.

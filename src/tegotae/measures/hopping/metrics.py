@@ -30,7 +30,7 @@ from tegotae.measures.optimum import has_table, share
 from tegotae.measures.statistics import POSITIVE, SHARE
 from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.parts.bodies import Body
-from tegotae.simulation.rollout import Trajectory
+from tegotae.simulation.recorder import Trajectory
 
 FAILED, AT_REST, UNSETTLED, LIMIT_CYCLE = range(4)
 REGIMES = ("failed", "at rest", "no limit cycle", "limit cycle")

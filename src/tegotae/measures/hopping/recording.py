@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_finite, unknown
 from tegotae.measures.hopping.hopping import LimitCycle
-from tegotae.simulation.rollout import Trajectory
+from tegotae.simulation.recorder import Trajectory
 
 Samples = Mapping[str, np.ndarray]
 """Columns of a recording by the names of `from_samples`, [samples] each."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import AnyArray, Numeric
-from tegotae.simulation.rollout import Trajectory
+from tegotae.simulation.recorder import Trajectory
 
 WORK = ("absolute", "positive", "net")
 """Definitions of the actuator's work: ∫ |F_a ẏ| dt, ∫ max(0, F_a ẏ) dt, ∫ F_a ẏ dt."""

@@ -28,7 +28,8 @@ from tegotae.measures.objectives.objective import Objective
 from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.parts.bodies import Body
 from tegotae.parts.parameters import not_negative
-from tegotae.simulation.rollout import Scenario, Timing, Trajectory
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Scenario, Timing
 
 EPISODE = Timing(duration_s=24.0, tick_s=0.002)
 """An episode of training. At 2 ms regular apexes of vanilla laws stay within 0.6 mm of an adaptive

@@ -12,7 +12,8 @@ import jax.numpy as jnp
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.bodies import Body
 from tegotae.parts.parameters import Part
-from tegotae.simulation.rollout import Scenario, Timing, Trajectory
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Scenario, Timing
 
 FAILED_FITNESS = -1e6
 """Fitness of a rollout that failed: below any that did not."""

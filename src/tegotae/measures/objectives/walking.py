@@ -17,7 +17,8 @@ from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
 from tegotae.parts.parameters import finite, not_negative
-from tegotae.simulation.rollout import Scenario, Timing, Trajectory
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Scenario, Timing
 from tegotae.simulation.world import whole_run
 
 TRACKING = 10.0

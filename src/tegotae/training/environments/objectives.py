@@ -22,7 +22,8 @@ from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import FAILED_FITNESS, Scores
 from tegotae.measures.robots import EnvEpisode
 from tegotae.parts.bodies import Body, Interface
-from tegotae.simulation.rollout import Timing, Trajectory
+from tegotae.simulation.recorder import Trajectory
+from tegotae.simulation.rollout import Timing
 from tegotae.simulation.world import Scenario
 from tegotae.systems.registry import load_object, source_of
 
