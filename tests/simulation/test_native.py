@@ -42,7 +42,9 @@ from tegotae.parts.terms import (
 from tegotae.parts.terrains import Rough, Slope, Steps, Sum
 from tegotae.simulation import native
 from tegotae.simulation.integrators import Hold, Integrator, PredictorCorrector
+from tegotae.simulation.recorder import needing
 from tegotae.simulation.schedules import Staircase, Step
+from tegotae.simulation.summaries import KeptChannels, Together
 from tegotae.systems.recipe import recipe
 from tegotae.systems.vanilla import SYSTEMS
 from tegotae.training.run import train
@@ -231,10 +233,16 @@ def test_every_tick_is_xlas_to_rounding(name, dtype, monkeypatch):
         assert np.nanmax(np.abs(gap), initial=0.0) < digits * scale, channel
 
 
-def of_limit(limit_rad_per_s: float) -> Rollout:
+@needing("height_m")
+def highest(trajectory: Any, *_: Any) -> jax.Array:
+    return trajectory.height_m.max(axis=0)
+
+
+def of_limit(limit_rad_per_s: float, summary: Any = highest) -> Rollout:
     """A rollout whose program differs by a number of its controller."""
     timing = Timing(duration_s=0.01, tick_s=TICK_S, frame_s=TICK_S)
-    return Rollout(controller=feeling(limit_rad_per_s=limit_rad_per_s), timing=timing)
+    controller = feeling(limit_rad_per_s=limit_rad_per_s)
+    return Rollout(controller=controller, timing=timing, summary=summary)
 
 
 @dataclass(frozen=True)
@@ -300,6 +308,20 @@ def test_controllers_whose_recordings_are_alike_share_one_summary(kernels):
     for limit in (3.0, 4.0):
         of_limit(limit).run(np.ones((1, 1)), Scenario(omega=8.0))
     assert (len(kernels), native._summarised.cache_info().misses) == (2, 1)
+
+
+def test_what_is_recorded_is_copied_and_of_summaries_together_only_what_is_computed_is_compiled(
+    kernels,
+):
+    weights, scenario = np.ones((70, 1)), Scenario(omega=np.linspace(4.0, 9.0, 70))
+    height = of_limit(3.0, KeptChannels(("height_m",))).run(weights, scenario).height_m
+    assert native._summarised.cache_info().misses == 0
+    summary = Together((highest, KeptChannels(("time_s", "height_m")), highest))
+    first, kept, second = of_limit(3.0, summary).run(weights, scenario)
+    assert list(kept.channels) == ["time_s", "height_m"]
+    np.testing.assert_array_equal(kept.height_m, height)
+    for computed in (first, second):
+        np.testing.assert_array_equal(computed, height.max(axis=0))
 
 
 def test_a_long_session_keeps_the_programs_that_were_used_last(kernels):

@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 LANES_SUMMARISED = 64
 """Lanes of a block that is summarised at a time: always so many, the last block filled up, so that
 a lane's arithmetic does not depend on how many go with it."""
+LANES_OF_LONG_RECORDINGS = 8
+"""Lanes of a block of more than `LONG_FRAMES` frames, which take so much memory."""
+LONG_FRAMES = 2**14
 _PROGRAMS = 64
 """Compiled programs that are kept, those used last."""
 
@@ -87,6 +90,8 @@ class _Blocks:
 
     summaries: Together
     compiled: jax.stages.Compiled
+    size: int
+    """Lanes of a block."""
     lanes: LaneInputs
     body: Body
     results: tuple[Any, ...]
@@ -100,22 +105,21 @@ class _Blocks:
         lanes: LaneInputs,
         body: Body,
     ) -> _Blocks:
-        frames = _lanes(channels.only(summaries.needs), LANES_SUMMARISED, timing.n_frames)
-        block = frames, _lanes(lanes.scenario, LANES_SUMMARISED), body
+        size = LANES_SUMMARISED if timing.n_frames <= LONG_FRAMES else LANES_OF_LONG_RECORDINGS
+        frames = _lanes(channels.only(summaries.needs), size, timing.n_frames)
+        block = frames, _lanes(lanes.scenario, size), body
         summarised = _summarised(timing, summaries, _Like.from_tree(block))
         results = _new_arrays(_lanes(summarised.out_info, lanes.weights.shape[-1]))
-        return cls(summaries, summarised, lanes, body, results)
+        return cls(summaries, summarised, size, lanes, body, results)
 
     def collect(self, first: int, n: int, trajectory: Trajectory) -> None:
         """Summarise a group of lanes, of which the first is given."""
         recorded = trajectory.only(self.summaries.needs)
         with jax.enable_x64(self.lanes.weights.dtype == "float64"):  # a setting of each thread
-            for offset in range(0, n, LANES_SUMMARISED):
-                lanes = slice(first + offset, first + min(offset + LANES_SUMMARISED, n))
-                summed = padded_lanes(
-                    recorded, slice(offset, offset + LANES_SUMMARISED), LANES_SUMMARISED
-                )
-                met = padded_lanes(self.lanes.scenario, lanes, LANES_SUMMARISED)
+            for offset in range(0, n, self.size):
+                lanes = slice(first + offset, first + min(offset + self.size, n))
+                summed = padded_lanes(recorded, slice(offset, offset + self.size), self.size)
+                met = padded_lanes(self.lanes.scenario, lanes, self.size)
                 _put(self.results, lanes, self.compiled(summed, met, self.body))
 
 
