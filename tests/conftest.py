@@ -69,6 +69,19 @@ def metrics_as_before():
         HOPPING.forget(name)
 
 
+_LARGE_MIB = 1000
+
+
+@pytest.fixture(autouse=True, scope="module")
+def memory_of_a_laptop():
+    """A process that is large after a file of tests gives back what it kept of them."""
+    import memory
+
+    yield
+    if memory.resident_mib() > _LARGE_MIB:
+        memory.give_back()
+
+
 @pytest.fixture(scope="session")
 def tiny_training(tmp_path_factory) -> Path:
     """The folder of a finished tiny training, to be read only."""
@@ -124,12 +137,22 @@ def one_line_error(capsys):
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def pytest_sessionfinish():
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node):
+    """Show the memory of each process of pytest-xdist."""
+    peak = node.workeroutput.get("peak_mib", 0.0)
+    print(f"\n{node.gateway.id} had {peak:.0f} MiB of memory at most")
+
+
+def pytest_sessionfinish(session):
     """Keep what was solved, where that is asked for (`make solutions`)."""
+    import memory
     import solutions
 
     if os.environ.get(solutions.ANEW) == "keep":
         solutions.keep()
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["peak_mib"] = memory.peak_mib()
 
 
 @pytest.fixture
