@@ -22,6 +22,7 @@ from lanewise.nodes import (
     array_of,
     constant,
     literal,
+    name_of,
     place_of,
 )
 
@@ -91,7 +92,7 @@ class Reader(ABC):
             raise self._refused(error.operation, origin) from None
 
     def _kind(self, aval: Traced, name: str, origin: Traced) -> str:
-        kind = self.kinds.get(str(aval.dtype))
+        kind = self.kinds.get(name_of(aval.dtype))
         if kind is None:
             raise self._refused(name, origin, f"it is of {aval.dtype}")
         return kind
@@ -242,6 +243,8 @@ def scan_sizes(parameters: Parameters) -> tuple[int, int]:
 
 def elementwise(node: Callable[..., Node], arrays: Arrays) -> np.ndarray:
     """Apply a function of nodes to arrays entry by entry."""
+    if all(array.ndim == 0 for array in arrays):  # as in most operations, and faster
+        return array_of([node(*[array.item() for array in arrays])], ())
     return np.asarray(np.frompyfunc(node, len(arrays), 1)(*arrays), object)
 
 

@@ -202,7 +202,7 @@ class Node:
 
     def __post_init__(self) -> None:
         if self.inputs:
-            self.stage = max(node.stage for node in self.inputs)
+            self.stage = max([node.stage for node in self.inputs])
 
 
 @dataclass(eq=False)
@@ -270,6 +270,12 @@ def reachable(nodes: Iterable[Node]) -> list[Node]:
     return sorted(met, key=lambda node: node.number)
 
 
+@functools.cache
+def name_of(dtype: np.dtype) -> str:
+    """The name of a type in a trace, which NumPy puts together anew each time."""
+    return str(dtype)
+
+
 def array_of(nodes: Sequence[Node], shape: tuple[int, ...]) -> np.ndarray:
     """The nodes as an array."""
     array = np.empty(len(nodes), object)
@@ -284,7 +290,7 @@ def constant(value: ArrayLike, kinds: Mapping[str, str] = KINDS) -> np.ndarray:
         CannotLower: for numbers of a type that no scalar has.
     """
     numbers = np.asarray(value)
-    kind = kinds.get(str(numbers.dtype))
+    kind = kinds.get(name_of(numbers.dtype))
     if kind is None:
         raise CannotLower(f"numbers of {numbers.dtype}")
     return array_of([literal(x, kind) for x in numbers.reshape(-1)], numbers.shape)

@@ -363,7 +363,7 @@ def folded(node: Node, simpler: Callable[[Node], Node | None] = exact) -> Node:
     if plain is not None:
         return plain
     fold = OPERATIONS[node.operation].fold
-    if fold is None or any(x.operation != "literal" for x in node.inputs):
+    if fold is None or not all(x.operation == "literal" for x in node.inputs):
         return node
     with np.errstate(all="ignore"):
         return _literal(fold(*(x.detail for x in node.inputs)), node.kind)
