@@ -44,12 +44,13 @@ $(INSTALLED): pyproject.toml constraints.txt
 test: $(INSTALLED)
 	$(MAKE) --jobs 2 lint pytest
 
-# Programs of tests run once or twice: XLA compiles them without its best, in a quarter of the time.
+# Programs of tests run once or twice: XLA and LLVM compile them without their best, in a quarter of
+# the time; LLVM's results are the same bits.
 # Tests that turn on rounding, and `make test-thorough`, compile as users do.
 QUICKLY := --xla_backend_optimization_level=0 --xla_cpu_use_fusion_emitters=false
 PRECISE = $(shell grep --recursive --files-with-matches --include='test_*.py' mark.precise tests)
 pytest: $(INSTALLED)
-	XLA_FLAGS="$(QUICKLY)" $(PYTEST) -m "not thorough and not precise"
+	LANEWISE_OPT=0 XLA_FLAGS="$(QUICKLY)" $(PYTEST) -m "not thorough and not precise"
 	$(PYTEST) -m "precise and not thorough" $(PRECISE)
 
 test-thorough: lint

@@ -156,6 +156,7 @@ def test_what_is_printed_to_a_closed_stream_goes_into_no_other_file(tmp_path):
         ("TEGOTAE_CORES", "99999", "TEGOTAE_CORES is '99999'; on this machine of"),
         ("TEGOTAE_CORES", "0", "it must be a whole number from 1 to"),
         ("TEGOTAE_CORES", "many", "TEGOTAE_CORES is 'many'"),
+        ("LANEWISE_OPT", "fast", "LANEWISE_OPT is 'fast'; it must be 0, 1, 2 or 3"),
     ],
 )
 def test_an_environment_that_cannot_be_had_is_told(

@@ -9,6 +9,8 @@ from importlib.metadata import PackageNotFoundError, version
 
 import jax
 
+from lanewise.machine import optimisation_level
+from lanewise.nodes import LanewiseError
 from tegotae._support import compiled
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.workers import CORES
@@ -29,12 +31,17 @@ class EngineWarning(UserWarning):
 
 
 def check_engine() -> None:
-    """Raise `TegotaeError` for a `TEGOTAE_ENGINE` that is no engine, or one that cannot be had."""
+    """Raise `TegotaeError` for a `TEGOTAE_ENGINE` that is no engine or cannot be had, or a
+    `LANEWISE_OPT` that is no level."""
     setting = os.environ.get(VARIABLE, "")
     if setting not in ("", NATIVE, XLA):
         raise TegotaeError(f"{VARIABLE} is {setting!r}; it must be {NATIVE} or {XLA}")
     if setting == NATIVE and (missing := why_not_native()):
         raise TegotaeError(f"{VARIABLE} is {NATIVE}, and {missing}")
+    try:
+        optimisation_level()
+    except LanewiseError as error:
+        raise TegotaeError(str(error)) from None
 
 
 def selected() -> str:
