@@ -223,13 +223,6 @@ def test_a_mirrored_start_gives_the_mirrored_gait(order, flipped):
         )
 
 
-def test_no_lane_feels_another():
-    path = run(LIMP, initial_pose=TILTED)
-    twice = run(LIMP, PHASES[:, [1, 1]], initial_pose=TILTED)
-    for name, record in path.channels.items():
-        np.testing.assert_array_equal(record[..., 1], twice.channels[name][..., 0], err_msg=name)
-
-
 # What legs do that feel their own load alone
 
 

@@ -45,13 +45,6 @@ def signals() -> Signals:
     return Signals(values, {"spring_force": 0.981, "velocity": 3.0, "feedback": 2.5})
 
 
-def test_the_vanilla_feedback_is_minus_sigma_cosine_times_spring_force():
-    action = VanillaAction()([], signals())
-    reaction = VanillaReaction()([], signals())
-    gain = ConstantGain()([jnp.full(3, 2.753)], signals())
-    np.testing.assert_allclose(gain * action * reaction, -2.753 * np.cos(PHASE) * SPRING, rtol=1e-6)
-
-
 @pytest.mark.parametrize(
     ("term", "n_weights"),
     [
@@ -82,13 +75,6 @@ def test_a_term_reads_only_what_it_says():
         assert term(weights, Signals(values, {})).shape == (3,)
 
 
-def test_initial_weights_depend_on_the_key_and_on_nothing_else():
-    term = Network(("phase",), 8)
-    first, again = term.initial(jax.random.key(1)), term.initial(jax.random.key(1))
-    np.testing.assert_array_equal(first, again)
-    assert not np.array_equal(first, term.initial(jax.random.key(2)))
-
-
 @pytest.mark.parametrize("width", [1, 5, 40, 41, 300])
 def test_a_network_is_one_tanh_layer_on_sine_cosine_and_dimensionless_signals(width):
     term = Network(("phase", "spring_force", "velocity"), hidden=width)
@@ -99,18 +85,6 @@ def test_a_network_is_one_tanh_layer_on_sine_cosine_and_dimensionless_signals(wi
     flat = [jnp.asarray(w, "float32") for w in weights.reshape(-1, 3)]
     np.testing.assert_allclose(term(flat, signals()), expected, rtol=1e-5, atol=1e-5)
     np.testing.assert_allclose(term(jnp.stack(flat), signals()), expected, rtol=1e-5, atol=1e-5)
-
-
-def test_a_network_sees_the_same_phase_a_turn_later():
-    term = Network(("phase",), hidden=4)
-    weights = [jnp.full((1,), w) for w in np.linspace(-1, 1, 16)]
-
-    def value(phase: float) -> float:
-        phase = jnp.asarray([phase])
-        values = {"sin_phase": jnp.sin(phase), "cos_phase": jnp.cos(phase)}
-        return float(term(weights, Signals(values))[0])
-
-    assert value(0.7) == pytest.approx(value(0.7 + 2 * math.pi), abs=1e-6)
 
 
 def test_the_reflex_reacts_to_falling_tegotae_only():
@@ -146,30 +120,6 @@ def full_force(sector: Sector, start: float, end: float, omega: float) -> tuple[
 
 
 EDGE = 1.75 * math.pi
-
-
-@pytest.mark.parametrize(
-    ("start", "end"),
-    [
-        (EDGE - 0.1, EDGE + 0.1),  # into the sector
-        (EDGE + 0.1 * math.pi - 0.05, EDGE + 0.1 * math.pi + 0.2),  # out of it
-        (EDGE - 0.2, EDGE + 0.5),  # right through it
-        (EDGE + 0.1, EDGE + 0.2),  # inside all the way
-        (1.0, 1.5),  # outside all the way
-        (EDGE + 0.1, EDGE - 0.1),  # backwards out of it
-        (EDGE + 0.5, EDGE - 0.2),  # backwards through it
-        (EDGE + 0.1 * math.pi + 0.02, EDGE + 0.1),  # backwards into it
-        (EDGE + 0.2, EDGE + 2 * math.pi + 0.1),  # out of it and into it a turn later
-        (EDGE + 2 * math.pi + 0.1, EDGE + 0.2),  # the same, backwards
-        (-0.3 * math.pi, 0.1),  # a negative phase
-        (20.0, 24.0),  # turns later
-    ],
-)
-def test_a_sector_finds_its_share_of_any_path(start, end):
-    share, centre = full_force(Sector(), start, end, 5.0)
-    expected_share, expected_centre = sampled(Sector(), start, end, 5.0)
-    assert share == pytest.approx(expected_share, abs=2e-5)
-    assert centre == pytest.approx(expected_centre, abs=2e-4)
 
 
 @given(
@@ -214,14 +164,6 @@ def test_a_width_beyond_a_turn_is_one_and_a_negative_one_none():
     for width, share in ((-1.0, 0.0), (7.0, 1.0)):
         weights = jnp.array([2.0]), jnp.array([width])
         assert FreeSector().full_force(weights, *path)[0].item() == pytest.approx(share, abs=1e-5)
-
-
-# Misuse.
-
-
-def test_a_sector_may_start_at_a_negative_phase():
-    first, a_turn_on = Sector(start_rad=-0.25 * math.pi), Sector(start_rad=1.75 * math.pi)
-    assert full_force(first, 5.4, 5.7, 5.0) == pytest.approx(full_force(a_turn_on, 5.4, 5.7, 5.0))
 
 
 @pytest.mark.parametrize("kind", [Network, LearnedActuation])

@@ -198,12 +198,6 @@ def test_the_ground_drops_at_the_first_tick_not_earlier_than_told(drop_time_s, t
     np.testing.assert_array_equal(out.ground_m[:, 0] < 0.0, np.arange(10) >= tick)
 
 
-def test_nothing_changes_before_the_ground_drops():
-    out = VANILLA.run([[2.753]], Scenario(omega=5.0, drop_m=[0.0, 0.2], drop_time_s=1.5))
-    np.testing.assert_array_equal(out.height_m[:75, 0], out.height_m[:75, 1])
-    assert np.abs(out.height_m[75:, 0] - out.height_m[75:, 1]).max() > 0.05
-
-
 def test_a_drop_in_stance_lets_go_of_the_leg():
     scenario = Scenario(omega=5.0, height_m=0.85, drop_m=0.5, drop_time_s=0.1)
     out = VANILLA.run([[0.0]], scenario, dtype="float64")
@@ -268,10 +262,6 @@ def test_a_failing_lane_is_marked_stands_still_and_changes_no_other(change):
 
 
 # Reproducibility.
-
-
-def test_two_runs_are_bit_identical():
-    assert_identical(ART.run(art_weights(), Scenario(omega=6.0)), art_rollout())
 
 
 ON_SO_MANY_CORES = """
