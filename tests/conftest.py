@@ -69,7 +69,7 @@ def metrics_as_before():
         HOPPING.forget(name)
 
 
-_LARGE_MIB = 1000
+_LARGE_MIB = 1200
 
 
 @pytest.fixture(autouse=True, scope="module")
