@@ -11,10 +11,9 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_M
-from tegotae.measures.hopping.catalogue import limit_cycle_period
 from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.hopping import Hops, hops
-from tegotae.measures.hopping.metrics import LIMIT_CYCLE, REGIMES
+from tegotae.measures.hopping.metrics import LIMIT_CYCLE, REGIMES, limit_cycle_period
 from tegotae.measures.hopping.signals import require_measurable
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body, Hopper, require_one_limb
