@@ -65,6 +65,7 @@ def run(body: Body, phases=PHASES, *, unit: Controller = ONE, gain: float = 1.0,
     return rollout.run(weights, Scenario(8.0, phase_rad=phases, **scenario), body, dtype="float64")
 
 
+@pytest.mark.thorough
 def test_the_plate_keeps_the_contract_of_a_body():
     check(dataclasses.replace(LIMP, twist_stiffness_nm_per_rad=0.5))
 

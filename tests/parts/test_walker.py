@@ -61,6 +61,7 @@ def run(rollout=WALKS, body=C, sigma=SIGMA, dtype="float64", **scenario):
 # Mechanics
 
 
+@pytest.mark.thorough
 def test_it_keeps_the_contract_of_a_body():
     check(C)
 

@@ -499,18 +499,6 @@ def test_a_folder_without_permission_is_refused(half, no_work, one_line_error, m
     )
 
 
-def test_a_second_run_in_the_folder_is_refused_and_the_first_goes_on(
-    half, smoke_study, one_line_error
-):
-    first = study_runs.start(half, programs_of=smoke_study)
-    study_runs.wait_for(lambda: study_runs.workers(first), "workers", first)
-    for words in (["run", "--scale", "smoke"], ["merge", str(smoke_study)]):
-        message = one_line_error("reproduction", *words, "--dir", str(half))
-        assert f"another run is at work in {half}; wait for it" in message
-    study_runs.finish(first)
-    study_runs.assert_same(half, smoke_study)
-
-
 def test_a_full_disk_keeps_what_is_done(smoke_study, tmp_path, monkeypatch):
     records = {record.model: record for record in Folder(smoke_study).all()[0]}
     ended = []
@@ -546,6 +534,7 @@ def test_a_full_disk_keeps_what_is_done(smoke_study, tmp_path, monkeypatch):
     study_runs.assert_same(tmp_path / "study", smoke_study)
 
 
+@pytest.mark.thorough
 def test_a_record_that_cannot_be_written_ends_the_workers_too(half, smoke_study, monkeypatch):
     # For this process and those that it starts no file may grow beyond one kilobyte.
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)

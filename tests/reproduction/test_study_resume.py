@@ -50,7 +50,9 @@ def test_kills_at_random_moments_lose_only_the_work_in_flight(smoke_study, tmp_p
     assert stored.items() <= {p.name: p.read_bytes() for p in study_runs.records(folder)}.items()
 
 
-def test_a_killed_worker_changes_nothing(smoke_study, tmp_path):
+def test_neither_a_killed_worker_nor_a_second_run_that_is_refused_changes_a_thing(
+    smoke_study, tmp_path, one_line_error
+):
     folder = study_runs.copy(smoke_study, tmp_path / "study", "ART")
     process = study_runs.start(folder, "--workers", "2", programs_of=smoke_study)
     pair = study_runs.wait_for(
@@ -58,6 +60,9 @@ def test_a_killed_worker_changes_nothing(smoke_study, tmp_path):
         "workers",
         process,
     )
+    for words in (["run", "--scale", "smoke"], ["merge", str(smoke_study)]):
+        message = one_line_error("reproduction", *words, "--dir", str(folder))
+        assert f"another run is at work in {folder}; wait for it" in message
     random.Random(1).choice(pair).kill()
     _, err = study_runs.finish(process)
     assert "Traceback" not in err
@@ -67,7 +72,9 @@ def test_a_killed_worker_changes_nothing(smoke_study, tmp_path):
 @pytest.mark.parametrize(
     "sign", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.thorough)]
 )
-def test_an_interrupted_study_goes_on_where_it_was(smoke_study, tmp_path, sign):
+def test_an_interrupted_study_goes_on_where_it_was_and_does_a_damaged_record_anew(
+    smoke_study, tmp_path, sign
+):
     folder = study_runs.copy(smoke_study, tmp_path / "study", "ART", "T")
     process = study_runs.start(folder, programs_of=smoke_study)
     observed = study_runs.wait_for(lambda: study_runs.workers(process), "workers", process)
@@ -86,7 +93,13 @@ def test_an_interrupted_study_goes_on_where_it_was(smoke_study, tmp_path, sign):
         )
     else:
         assert process.returncode == -signal.SIGTERM
-    study_runs.finish(study_runs.start(folder, programs_of=smoke_study))
+    (damaged,) = folder.glob("records/T-*")
+    content = damaged.read_bytes()[:-100]
+    damaged.write_bytes(content)
+    out, _ = study_runs.finish(study_runs.start(folder, programs_of=smoke_study))
+    assert f"{damaged.name} is damaged: " in out
+    assert f"it is set aside in {folder / 'damaged'} and done again" in out
+    assert (folder / "damaged" / damaged.name).read_bytes() == content
     study_runs.assert_same(folder, smoke_study)
 
 
@@ -98,18 +111,6 @@ def test_what_a_kill_left_half_written_is_no_record_and_is_cleared(smoke_study, 
     assert len(Folder(folder).all()[0]) == 3
     runner.run_study(plan("smoke"), folder, unasked)
     assert not half.exists()
-    study_runs.assert_same(folder, smoke_study)
-
-
-def test_a_damaged_record_is_redone_with_the_same_numbers(smoke_study, tmp_path):
-    folder = study_runs.copy(smoke_study, tmp_path / "study", *study_runs.MODELS)
-    (damaged,) = folder.glob("records/T-*")
-    content = damaged.read_bytes()[:-100]
-    damaged.write_bytes(content)
-    out, _ = study_runs.finish(study_runs.start(folder, programs_of=smoke_study))
-    assert f"{damaged.name} is damaged: " in out
-    assert f"it is set aside in {folder / 'damaged'} and done again" in out
-    assert (folder / "damaged" / damaged.name).read_bytes() == content
     study_runs.assert_same(folder, smoke_study)
 
 

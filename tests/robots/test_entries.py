@@ -189,9 +189,10 @@ def test_a_class_of_a_file_has_an_object_an_episode(tmp_path):
 # Refused
 
 
-@pytest.fixture
-def places(tmp_path):
+@pytest.fixture(scope="module")
+def places(tmp_path_factory):
     """Files that are no entries."""
+    tmp_path = tmp_path_factory.mktemp("entries")
     (tmp_path / "alone.c").write_text("int x;\n")
     (tmp_path / "no.py").write_text("number = 3\n")
     exported = export_c("zoo:ARG-rF-gF-both-w4/3", tick_s=0.01, prefix="slow")
