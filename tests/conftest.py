@@ -61,12 +61,16 @@ for _name in ("init", "ask", "tell"):
 @pytest.fixture(autouse=True, scope="module")
 def metrics_as_before():
     """What a file's tests register is forgotten after them: several files share a process."""
+    from tegotae.measures.gaits.metrics import WALKING
     from tegotae.measures.hopping import HOPPING
+    from tegotae.measures.robots import ROBOTS
 
-    before = HOPPING.names()
+    catalogues = (HOPPING, WALKING, ROBOTS)
+    before = [catalogue.names() for catalogue in catalogues]
     yield
-    for name in set(HOPPING.names()).difference(before):
-        HOPPING.forget(name)
+    for catalogue, names in zip(catalogues, before, strict=True):
+        for name in set(catalogue.names()).difference(names):
+            catalogue.forget(name)
 
 
 _LARGE_MIB = 1200
