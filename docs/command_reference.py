@@ -39,7 +39,7 @@ def _command(name: str, command: Command | CommandGroup, level: int = 2) -> Iter
     own = command.load()
     yield f"{_text(about(own))}\n"
     if inspect.isfunction(own):
-        for subject, known in options_by_subject(own).items():
+        for subject, known in options_by_subject(command).items():
             rows = {flag_of(option): option.about for option in known.values()}
             yield from _table(subject, rows)
     else:

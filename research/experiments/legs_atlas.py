@@ -97,7 +97,7 @@ class Explained:
 
     def measure(self) -> CellResult:
         """Measure the scores, the numbers of the curves, and the share that each form preserves."""
-        page = tg.load(self.name).explain(**self.settings)
+        page = tg.load(self.name).explain(**self.settings).raw
         complete = page.evaluated["whole"]
         numbers = {"following": complete.following, "sound": float(complete.sound.mean())}
         for variant, suffix in (("whole", ""), ("cut", "_cut"), ("frozen", "_frozen")):

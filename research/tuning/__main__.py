@@ -7,6 +7,7 @@ TUNE = Command(
     "research.tuning.command:search",
     "python -m research.tuning ART --storage tuning.log --trials 20",
     "python -m research.tuning ART --storage tuning.log --confirm 8 --keep best.json",
+    subjects={"One leg": "ART", "Several legs": "AR@quadruped-c"},
 )
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import pandas as pd
 
@@ -16,8 +16,7 @@ from research.tuning.task import BUDGET_S, FIRST_SEED, TuningTask
 from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import require_count
 from tegotae._support.files import output_file, write_atomically
-from tegotae.api.controller import Changes
-from tegotae.api.experiments import adjusted, experiment_named, option_defaults
+from tegotae.api.experiments import ExperimentOptions, adjusted, experiment_named, option_defaults
 from tegotae.api.parameters import Values, in_shell
 from tegotae.api.results import Table, short
 from tegotae.parts.fields import replace
@@ -78,9 +77,7 @@ def _values(model: str = "", **parts: Any) -> Values:
     return option_defaults(experiment_named(model, **overrides))
 
 
-@in_shell(
-    defaults=_values, pictures=False, examples={"One leg": "ART", "Several legs": "AR@quadruped-c"}
-)
+@in_shell(defaults=_values, pictures=False)
 def search(
     model: str,
     *others: str,
@@ -93,17 +90,7 @@ def search(
     confirm: int = 4,
     restart: bool = False,
     keep: Path | None = None,
-    height_m: float | None = None,
-    duration_s: float | None = None,
-    tick_s: float | None = None,
-    hold: bool | None = None,
-    cot_only: bool = False,
-    vary: Sequence[str] = (),
-    episodes_per_candidate: int | None = None,
-    budget: int | None = None,
-    oscillator: str | None = None,
-    body: str | Changes | None = None,
-    fitness: str | Changes | None = None,
+    **options: Unpack[ExperimentOptions],
 ) -> Table:
     """Search for an algorithm's settings (extra "tune"); run it again to continue after a stop.
 
@@ -122,19 +109,7 @@ def search(
             for none.
         restart: start again, and move an existing tuning to a file beside this one.
         keep: write the best settings, with their origin, to this file (.json).
-        height_m: height of the release [m], in training and evaluation.
-        duration_s: duration of a training episode [s].
-        tick_s: control period in training [s].
-        hold: hold the controller over each tick of the training, as a robot does.
-        cot_only: use CoT⁻¹ alone as the fitness, without ΔΩ.
-        vary: conditions that vary between episodes of training, such as mass_kg=0.08:0.12.
-        episodes_per_candidate: number of episodes per candidate, if conditions vary.
-        budget: maximum number of trained parameters of a model; the paper's by default.
-        oscillator: another oscillator, by name or FILE.py:OBJECT.
-        body: another body, FILE.toml, FILE.py:OBJECT; or changes of the experiment's own.
-        fitness: another fitness, FILE.py:OBJECT; or changes of the experiment's own.
     """
-    options = dict(locals())
     from research.tuning import describe, evaluate_settings, tune
     from research.tuning.record import confirmation, ranking, tried_first
 
@@ -143,7 +118,8 @@ def search(
     require_count("confirm", confirm, least=0)
     if keep is not None:
         output_file(keep)
-    task = task_of([model, *others], {**options, "algorithm": algorithm})
+    given = {"algorithm": algorithm, "seeds": seeds, "simulated_s": simulated_s, **options}
+    task = task_of([model, *others], given)
     try:
         searched = tune(algorithm, task, storage, trials=trials, workers=workers, restart=restart)
     except KeyboardInterrupt:

@@ -7,6 +7,8 @@ import signal
 import sys
 from types import FrameType
 
+QUIET = "TEGOTAE_QUIET"
+"""Environment variable that leaves out progress and notes; the switch --quiet sets it."""
 INTERRUPTED = 130
 """Exit status after Ctrl-C, by convention: 128 and the signal's number."""
 

@@ -8,7 +8,7 @@ import pytest
 
 import tegotae as tg
 from tegotae import SavedController
-from tegotae.analysis import short_forms
+from tegotae.analysis import controller_page, short_forms
 from tegotae.analysis.explanation import (
     Evaluated,
     Visits,
@@ -20,7 +20,6 @@ from tegotae.analysis.explanation import (
     reaction_fits,
     without_feedback,
 )
-from tegotae.api import explaining
 from tegotae.parts import oscillators, terms
 from tegotae.systems.term_sets import LAWS
 
@@ -52,14 +51,14 @@ def test_a_clock_is_called_one():
     clock = SavedController.from_weights(
         tg.recipe("V-sector-w8").controller(), [0.0], 8.0, name="clock"
     )
-    page = tg.load(clock).explain(**SHORT)
+    page = tg.load(clock).explain(**SHORT).raw
     assert page.evaluated["cut"].mean == page.evaluated["whole"].mean
     assert any("a clock with a sector" in note for note in page.sentences())
 
 
 @pytest.fixture(scope="module")
 def vanilla():
-    return tg.load("V-sector-w8").explain(**SHORT)
+    return tg.load("V-sector-w8").explain(**SHORT).raw
 
 
 def test_a_vanilla_controller_has_the_curves_that_it_is_made_of(vanilla):
@@ -73,23 +72,24 @@ def test_a_page_has_scores_with_and_without_feedback_of_every_release(vanilla):
     frame = vanilla.table
     assert len(frame) == 3 * 3 * 5
     assert list(vanilla.scores.index) == ["whole", "cut", "frozen"]
-    assert "Cutting the feedback changes the score" in vanilla.page()
+    assert "Cutting the feedback changes the score" in vanilla.markdown()
 
 
 def test_equal_seeds_give_equal_pages_and_others_do_not(vanilla):
-    again, other = (tg.load("V-sector-w8").explain(seed=seed, **SHORT) for seed in (0, 1))
-    assert again.page() == vanilla.page()
+    again, other = (tg.load("V-sector-w8").explain(seed=seed, **SHORT).raw for seed in (0, 1))
+    assert again.markdown() == vanilla.markdown()
     assert not np.array_equal(other.released.release.height_m, vanilla.released.release.height_m)
 
 
-def test_a_folder_holds_the_page_its_figures_and_its_numbers(vanilla, tmp_path):
-    names = {path.name for path in vanilla.save(tmp_path / "page")}
+def test_a_folder_holds_the_page_its_figures_and_its_numbers(tmp_path):
+    answer = tg.load("V-sector-w8").explain(**SHORT)
+    names = {path.name for path in answer.save(tmp_path / "page")}
     assert names == {"page.md", "curves.png", "numbers.csv", "numbers.json"}
     assert "curves.png" in (tmp_path / "page" / "page.md").read_text()
 
 
 def test_one_network_without_feedback_says_so():
-    page = tg.load("zoo:T-Fv").explain(**SHORT)
+    page = tg.load("zoo:T-Fv").explain(**SHORT).raw
     assert [*page.evaluated] == ["whole"]
     assert any("no feedback that could be cut" in note for note in page.sentences())
     assert any("no command to follow" in note for note in page.sentences())
@@ -97,7 +97,7 @@ def test_one_network_without_feedback_says_so():
 
 @pytest.mark.thorough
 def test_legs_are_judged_by_their_cost_of_transport_and_speed():
-    page = tg.load("quadruped-c").explain(duration_s=60.0, releases=2, retune=0)
+    page = tg.load("quadruped-c").explain(duration_s=60.0, releases=2, retune=0).raw
     whole = page.evaluated["whole"]
     assert whole.sound.all()
     assert (whole.speed_m_per_s > 0.0).all()
@@ -280,8 +280,10 @@ def test_numbers_of_a_form_on_legs_are_those_of_its_feedback():
 
 @pytest.mark.thorough
 def test_feet_without_feedback_have_no_short_form():
-    page = tg.load("zoo:legs:W+phi-F+range@quadruped-c").explain(
-        duration_s=30.0, releases=2, retune=1
+    page = (
+        tg.load("zoo:legs:W+phi-F+range@quadruped-c")
+        .explain(duration_s=30.0, releases=2, retune=1)
+        .raw
     )
     assert not page.forms
     assert any("one network commands the feet" in note for note in page.sentences())
@@ -311,7 +313,18 @@ def test_a_slope_whose_interval_has_two_words_has_both(vanilla):
     slopes = np.array([[0.7], [0.8], [0.9]])
     (said,) = [x for x in with_rates(vanilla, slopes * omega).sentences() if "slope" in x]
     assert said.startswith("It weakly follows or follows its command: it hops at")
-    assert re.search(r"\(slope 0\.8 \[0\.55\d*, 1\.05\d*\]\)\.$", said)
+    assert re.search(r"\(mean slope of the releases 0\.8 \[0\.55\d*, 1\.05\d*\]\)\.$", said)
+
+
+def test_the_slope_of_the_table_is_that_of_the_sentence(vanilla):
+    """One release of three settles at two frequencies only, and weighs as much as the others."""
+    omega = vanilla.evaluated["whole"].omega
+    rates = np.array([[0.1], [0.2], [0.9]]) * omega
+    rates[2, 2:] = np.nan
+    page = with_rates(vanilla, rates)
+    (sentence,) = [x for x in page.sentences() if "slope" in x]
+    assert page.scores.loc["whole", "following"] == "0.4"
+    assert "mean slope of the releases 0.4 [" in sentence
 
 
 def with_merits(page, **merits):
@@ -343,7 +356,7 @@ def test_a_word_on_the_feedback_has_the_paired_interval_behind_it(vanilla, cut, 
 
 
 def test_one_release_tells_nothing_of_the_feedback():
-    page = tg.load("V-sector-w8").explain(duration_s=12.0, releases=1, retune=0)
+    page = tg.load("V-sector-w8").explain(duration_s=12.0, releases=1, retune=0).raw
     page = with_merits(page, whole=0.0)
     one = {name: scored([[0.1, 0.1]]) for name in ("whole", "cut", "frozen")}
     page = dataclasses.replace(page, evaluated=one)
@@ -355,7 +368,7 @@ def test_a_fast_phase_is_counted_turn_by_turn():
     clock = SavedController.from_weights(
         tg.recipe("V-sector-w8").controller(), [0.0], 200.0, name="fast clock"
     )
-    (v,) = tg.load(clock).explain(**{**SHORT, "duration_s": 4.01, "releases": 2}).visited
+    (v,) = tg.load(clock).explain(**{**SHORT, "duration_s": 4.01, "releases": 2}).raw.visited
     assert v.rate_rad_per_s == pytest.approx(200.0, rel=1e-3)
 
 
@@ -363,7 +376,7 @@ def test_frozen_is_the_clock_of_the_frequency_that_the_mean_feedback_makes():
     clock = SavedController.from_weights(
         tg.recipe("V-sector-w8").controller(), [0.0], 6.0, name="clock"
     )
-    released = tg.load(clock).explain(**SHORT).released
+    released = tg.load(clock).explain(**SHORT).raw.released
     variants = without_feedback(released, np.full(len(released.omega), 2.0))
     faster = dataclasses.replace(released, omega=released.omega + 2.0)
     expected = faster.evaluated(clock.controller, clock.weights)
@@ -408,7 +421,7 @@ def test_of_a_folder_of_several_controllers_one_is_named_by_its_path(tmp_path, o
     ],
 )
 def test_what_cutting_and_a_formula_of_the_load_cannot_say_is_named(vanilla, name, said):
-    assert said not in vanilla.page()
+    assert said not in vanilla.markdown()
     assert said in tg.load(name).explain(**SHORT).page()
 
 
@@ -416,11 +429,11 @@ def test_what_cutting_and_a_formula_of_the_load_cannot_say_is_named(vanilla, nam
 def test_forms_are_retuned_and_the_shortest_are_written_for_a_robot(tmp_path, monkeypatch):
     library = {name: LAWS[name] for name in ("clock", "load")}
     monkeypatch.setattr(short_forms, "forms_of_a_leg", lambda: library)
-    for module in (short_forms, explaining):
+    for module in (short_forms, controller_page):
         monkeypatch.setattr(module, "SHARES", (0.0,))
     page = tg.load("V-sector-w8").explain(duration_s=20.0, releases=3, retune=2, retune_seeds=1)
-    form = page.chosen[0.0]
-    assert [tried.name for tried in page.forms] == ["clock"]  # it keeps all: no other is tried
+    form = page.raw.chosen[0.0]
+    assert [tried.name for tried in page.raw.forms] == ["clock"]  # it keeps all: no other is tried
     assert form is not None
     names = {str(path.relative_to(tmp_path)) for path in page.save(tmp_path)}
     assert {"clock.json", "clock-c/tegotae.c", "page.md", "forms.png"} <= names

@@ -88,6 +88,7 @@ PAPER, WALKER = tg.load("paper"), tg.load("quadruped-c")
         (PAPER.simulate, {"duration_s": "4"}, "duration_s is '4'; it must be a number"),
         (PAPER.simulate, {"omega": True}, "omega is True; it must be a number"),
         (PAPER.simulate, {"hold": 1}, "hold is 1; it must be True or False"),
+        (PAPER.simulate, {"body": 3}, "body is 3; it must be a Body or a mapping of changes"),
         (PAPER.simulate, {"work": 3}, "work is 3; it must be one of absolute, positive, net"),
         (PAPER.evaluate, {"metric": "cot"}, "metric is 'cot'; it must be a list of texts"),
         (PAPER.evaluate, {"protocol": 3}, "protocol is 3; it must be a Protocol or a mapping"),

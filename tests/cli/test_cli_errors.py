@@ -100,7 +100,7 @@ try:
     main({words})
 except SystemExit as end:
     assert end.code == 0
-heavy = ("jax", "numpy", "matplotlib", "scipy", "pandas", "gymnasium", "torch", "evosax")
+heavy = "jax numpy scipy pandas matplotlib rich.progress gymnasium torch evosax".split()
 print([name for name in heavy if name in sys.modules])
 """
 

@@ -114,7 +114,7 @@ def test_the_commands_of_a_page_are_understood(page):
         arguments, _ = split_parts(words)
         command = parsed(arguments)
         if isinstance(command, FunctionCall):  # of files that are not here
-            kinds = options_by_subject(command.function).values()
+            kinds = options_by_subject(command.command).values()
             known = {flag_of(option) for options in kinds for option in options.values()}
             assert {flag for flag, _ in command.options} <= known
 

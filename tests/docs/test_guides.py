@@ -102,7 +102,7 @@ def options(name: str) -> list[str]:
         return []
     kind = entry.load()
     if inspect.isfunction(kind):
-        names = (name for entries in options_by_subject(kind).values() for name in entries)
+        names = (name for entries in options_by_subject(entry).values() for name in entries)
         return [name.replace("_", "-") for name in names]
     fields = dataclasses.fields(kind)
     return [field.name.replace("_", "-") for field in fields]

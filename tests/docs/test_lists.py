@@ -1,45 +1,96 @@
-"""A command is in every list of the pages; the test names the lists that lack one."""
+"""A public function is a command, and in every list of the pages; the test names what lacks it."""
 
 from __future__ import annotations
 
+import importlib
 import inspect
+import pkgutil
 import re
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
 
 import tegotae as tg
+import tegotae.api
+import tegotae_robots.api
 from pages import DOCS
 from tegotae.api.controller import LoadedController
+from tegotae.api.parameters import in_shell
+from tegotae.api.results import Table
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.program import Command
 
-_FOR_THE_SHELL = ("completion", "conditions", "doctor", "metrics")
-"""Commands that are no functions of the public package."""
+_FOR_THE_SHELL = ("doctor", "list_conditions", "list_metrics")
+"""Functions that are commands alone."""
 _FAMILIES = {"plot": tg.plot, "gaits": tg.gaits, "robots": tg.robots}
 _PAGES = {path: path.read_text(encoding="utf-8") for path in DOCS.rglob("*.md")}
 
 
-def commands() -> dict[str, Command]:
-    """Every command by its words."""
-    found: dict[str, Command] = {}
+def words_by_function() -> dict[Any, str]:
+    """Return the words of every command by its function."""
+    words: dict[Any, str] = {}
     for name, entry in COMMANDS.items():
         if isinstance(entry, Command):
-            found[name] = entry
+            words[entry.load()] = name
         else:
-            found |= {f"{name} {word}": command for word, command in entry.commands.items()}
-    return found
+            words |= {command.load(): f"{name} {x}" for x, command in entry.commands.items()}
+    return words
 
 
-@pytest.mark.parametrize(("name", "command"), commands().items())
-def test_a_command_is_a_public_function_on_a_page(name, command):
-    function = command.load()
-    homes = [LoadedController] if "." in function.__qualname__ else [tg, *_FAMILIES.values()]
-    is_public = any(getattr(home, function.__name__, None) is function for home in homes)
-    assert is_public or name in _FOR_THE_SHELL, "name it in __init__.pyi, or __all__ of its family"
-    pattern = re.compile(rf"tegotae {name}\b")
-    assert any(pattern.search(page) for page in _PAGES.values()), "no page of docs/ shows it"
-    if name.startswith(("figure ", "gait ")):
-        assert pattern.search(_PAGES[DOCS / "gallery.md"]), "docs/gallery.md has no row for it"
+_WORDS = words_by_function()
+
+
+def functions() -> Iterator[Callable[..., Any]]:
+    """Yield the functions of the rooms `api` that check their options, as those of a command do."""
+    owners: list[Any] = [LoadedController]
+    for package in (tegotae.api, tegotae_robots.api):
+        names = (x.name for x in pkgutil.iter_modules(package.__path__, f"{package.__name__}."))
+        owners += map(importlib.import_module, names)
+    for owner in owners:
+        module = getattr(owner, "__module__", owner.__name__)
+        for value in vars(owner).values():
+            if not inspect.isfunction(value) or value.__module__ != module:
+                continue
+            is_public = not value.__name__.startswith("_") and not hasattr(value, "registry")
+            if is_public and hasattr(value, "__wrapped__"):
+                yield value
+
+
+def lists_without(function: Callable[..., Any]) -> list[str]:
+    """Return what is missing for a function: the file, and what to write there."""
+    name, words, lists = function.__name__, _WORDS.get(function), []
+    if words is None:
+        lists.append("cli/commands.toml: a table with two examples")
+    homes = (tg, LoadedController, *_FAMILIES.values())
+    if name not in _FOR_THE_SHELL and all(getattr(x, name, None) is not function for x in homes):
+        lists.append("__init__.pyi, or __all__ of its family: the name")
+    pattern = re.compile(rf"tegotae {words or name}\b")
+    if not any(pattern.search(page) for page in _PAGES.values()):
+        lists.append("docs/: a page that shows the command")
+    is_drawn = function.__module__ in ("tegotae.api.plot", "tegotae.api.gaits")
+    if is_drawn and not pattern.search(_PAGES[DOCS / "gallery.md"]):
+        lists.append("docs/gallery.md: a row")
+    return lists
+
+
+@pytest.mark.parametrize("function", [*functions()], ids=lambda x: x.__qualname__)
+def test_a_public_function_is_a_command_in_every_list(function):
+    assert lists_without(function) == []
+
+
+def test_of_a_new_function_every_list_is_named():
+    @in_shell()
+    def jump() -> Table:
+        return Table()
+
+    jump.__module__ = "tegotae.api.plot"
+    assert lists_without(jump) == [
+        "cli/commands.toml: a table with two examples",
+        "__init__.pyi, or __all__ of its family: the name",
+        "docs/: a page that shows the command",
+        "docs/gallery.md: a row",
+    ]
 
 
 @pytest.mark.parametrize("family", _FAMILIES)

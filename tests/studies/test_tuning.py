@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import json
 import os
 import re
@@ -361,6 +362,17 @@ def test_every_algorithm_has_tuned_settings_or_those_of_its_class(algorithm):
 @pytest.mark.parametrize("algorithm", [*evolutions(), "sac"])
 def test_a_class_has_the_settings_of_the_command_line_by_default(algorithm):
     assert learner(algorithm)() == settings_named(algorithm)
+
+
+def test_the_docstring_of_ppo_names_the_settings_in_which_the_tuned_ones_differ():
+    tuned_settings, defaults = tuned("ppo"), learner("ppo")()
+    differing = {
+        field.name
+        for field in dataclasses.fields(defaults)
+        if getattr(defaults, field.name) != getattr(tuned_settings, field.name)
+    }
+    text = inspect.getdoc(learner("ppo")).split("differ in")[1].split(". ")[0]
+    assert set(re.findall(r"`(\w+)`", text)) == differing
 
 
 def test_a_run_in_python_learns_as_the_command_does():

@@ -13,8 +13,7 @@ import rich.console
 from rich import progress
 from rich.text import Text
 
-QUIET = "TEGOTAE_QUIET"
-"""Environment variable that leaves out progress and notes; the switch --quiet sets it."""
+from tegotae._start import QUIET
 
 
 def _is_quiet() -> bool:

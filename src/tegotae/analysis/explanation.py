@@ -89,7 +89,8 @@ class Evaluated:
 
     @property
     def following(self) -> float:
-        """Slope of the rate over ω: 1 follows the command, 0 ignores it; NaN where undefined."""
+        """Slope of the rate over ω, fitted to all releases together: 1 follows the command, 0
+        ignores it; NaN where undefined."""
         omega = np.broadcast_to(self.omega, self.merit.shape)
         valid = self.sound & np.isfinite(self.rate_rad_per_s) & np.isfinite(omega)
         if len(np.unique(omega[valid])) < 2:

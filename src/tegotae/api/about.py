@@ -65,7 +65,7 @@ def doctor() -> Table:
 
 
 def installed(package: str) -> str | None:
-    """The version of an installed package; None if it is not installed.
+    """Return the version of an installed package; None if it is not installed.
 
     Example:
         >>> installed("no-such-package") is None
@@ -78,7 +78,7 @@ def installed(package: str) -> str | None:
 
 
 def extras() -> Mapping[str, tuple[str, ...]]:
-    """The packages of each extra that a command may need, from the metadata of tegotae."""
+    """Return the packages of each extra that a command may need, from the metadata."""
     packages: dict[str, tuple[str, ...]] = {}
     for line in metadata("tegotae").get_all("Requires-Dist") or ():
         extra = re.search(r"extra == ['\"]([\w-]+)['\"]", line)
@@ -110,18 +110,18 @@ class Reference:
     """A work to cite."""
 
     key: str
-    """Of its BibTeX entry."""
+    """Key of the BibTeX entry."""
     kind: str
-    """Of its BibTeX entry, such as inproceedings."""
+    """Kind of the BibTeX entry, such as inproceedings."""
     authors: tuple[str, ...]
-    """Each as initials and family name, or a group."""
+    """Authors, with initials and family name, or a group."""
     title: str
     venue: str = ""
     year: str = ""
     version: str = ""
 
     def text(self) -> str:
-        """The reference as one sentence of a bibliography."""
+        """Return the reference as one sentence of a bibliography."""
         *coauthors, last = self.authors
         authors = f"{', '.join(coauthors)} and {last}" if coauthors else last
         version = f"version {self.version}" if self.version else ""
@@ -129,7 +129,7 @@ class Reference:
         return f"{authors}: {self.title}. {', '.join(filter(None, where))}."
 
     def bibtex(self) -> str:
-        """The reference as a BibTeX entry."""
+        """Return the reference as a BibTeX entry."""
         group = len(self.authors) == 1
         authors = " and ".join(self.authors)
         fields = {

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Annotated, Any, TypedDict
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.tables import parse_number
+from tegotae.api.controller import Changes
 from tegotae.api.parameters import HIDDEN, Values, filled
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.bodies import Body
@@ -26,6 +27,51 @@ _HOW = (
     "write NAME=LOW:HIGH, NAME=VALUE/VALUE or, limb by limb, NAME=1,1/0,1, and @FROM:UNTIL behind "
     "it if it holds for a time only"
 )
+
+
+class ExperimentOptions(TypedDict, total=False):
+    """Options that change an experiment."""
+
+    height_m: Annotated[float | None, "height of the release [m], in training and evaluation"]
+    duration_s: Annotated[float | None, "duration of a training episode [s]"]
+    tick_s: Annotated[float | None, "control period in training [s]"]
+    hold: Annotated[
+        bool | None, "hold the controller over each tick of the training, as a robot does"
+    ]
+    cot_only: Annotated[
+        bool,
+        "use CoT⁻¹ alone as the fitness, without ΔΩ, as in the paper's comparison of algorithms. "
+        "Agents always do",
+        False,
+    ]
+    vary: Annotated[
+        Sequence[str],
+        "conditions that vary between episodes of training, such as mass_kg=0.08:0.12 (any value "
+        "between), omega=6/8/10 (one of these) or push_x_n=-5:5@8:8.2 (from 8 s to 8.2 s)",
+        (),
+    ]
+    episodes_per_candidate: Annotated[
+        int | None, "number of episodes per candidate, if conditions vary"
+    ]
+    budget: Annotated[
+        int | None, "maximum number of trained parameters of a model; the paper's by default"
+    ]
+    oscillator: Annotated[
+        str | None,
+        "another oscillator: hopf, adaptive-hopf, van-der-pol, matsuoka, or your own, "
+        "FILE.py:OBJECT or MODULE:OBJECT. With the prefix learned- its parameters are trained, too",
+    ]
+    body: Annotated[
+        str | Body | Changes | None,
+        "another body: your own, FILE.toml of `tegotae identify`, FILE.py:OBJECT or "
+        "MODULE:OBJECT; or changes of the experiment's own",
+    ]
+    fitness: Annotated[
+        str | Objective | Changes | None,
+        "another fitness, FILE.py:OBJECT or MODULE:OBJECT. On an environment: hopping (CoT⁻¹ + "
+        "ΔΩ), return (the sum of its rewards), or a function of an episode, FILE.py:FUNCTION or "
+        "MODULE:FUNCTION. Or changes of the experiment's own",
+    ]
 
 
 def conditions_named(texts: Iterable[str]) -> tuple[Condition, ...]:
@@ -147,7 +193,7 @@ def adjusted(experiment: Experiment, options: Mapping[str, Any]) -> Experiment:
 
 
 def _for_weight(experiment: Experiment, body: Body) -> Controller:
-    """The controller for a body of another weight, on which a reflex pushes in proportion to it."""
+    """Return the controller for another body, whose weight scales the push of a reflex."""
     weight_n, other_n = (getattr(x, "weight_n", None) for x in (experiment.body, body))
     scale = getattr(experiment.controller.actuation, "newtons_per_feedback", None)
     if not weight_n or not other_n or not isinstance(scale, float):
@@ -208,7 +254,7 @@ def with_parts(
 
 
 def _with_oscillator(experiment: Experiment, name: str, budget: int | None) -> Experiment:
-    """The experiment with another oscillator; one without any stays as it is."""
+    """Return the experiment with another oscillator; one without any stays as it is."""
     custom, oscillator = is_reference(name), oscillator_called(name)
     if experiment.controller.oscillator is None:
         return experiment

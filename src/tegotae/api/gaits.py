@@ -33,11 +33,7 @@ if TYPE_CHECKING:
 __all__ = ["basin", "front", "map", "perturb", "stability", "sweep"]
 Walking = Subject | WalkerController
 """Controller of a body with several legs, by name or loaded."""
-_EXAMPLES = {
-    "A walker, such as quadruped-c": "quadruped-c",
-    "A bar, such as bar-light": "bar-light",
-}
-_FOLDER: dict[str, Any] = {"writes": "folder", "examples": _EXAMPLES}
+_FOLDER: dict[str, Any] = {"writes": "folder"}
 
 
 def __dir__() -> list[str]:
@@ -137,7 +133,7 @@ def _walker(controller: Walking) -> WalkerController:
     return one(controller, WalkerController, "a gait is how several legs go together")
 
 
-@in_shell(writes="file", examples=_EXAMPLES)
+@in_shell(writes="file")
 def basin(
     controller: Walking,
     *,

@@ -167,7 +167,10 @@ def _text(value: float, unit: str) -> str:
     return UNDEFINED if math.isnan(value) else f"{value:.4g} {unit}".strip()
 
 
-@in_shell(names=RECORDINGS, values={"limit_cycle": LimitCycle()})
+_LIMIT_CYCLE = LimitCycle()
+
+
+@in_shell(names=RECORDINGS)
 def measure(
     file: str | Path,
     *,
@@ -184,7 +187,7 @@ def measure(
     omega: float | None = None,
     disturbed_at: float | None = None,
     work: Work = "absolute",
-    limit_cycle: LimitCycle | Changes | None = None,
+    limit_cycle: LimitCycle | Changes = _LIMIT_CYCLE,
 ) -> Table:
     """Measure a recorded gait of a robot or simulator: every metric, or why it is undefined.
 
@@ -222,7 +225,7 @@ def measure(
     Example:
         >>> measure("walk.csv", rest_length_m=1.0, omega=5.0).plot()  # doctest: +SKIP
     """
-    options = filled(locals(), {"limit_cycle": LimitCycle()})
+    options = filled(locals(), {"limit_cycle": _LIMIT_CYCLE})
     check_recording(file)
     mechanics = _known_body(options)
     leg = _of_the_leg(options, mechanics)

@@ -10,12 +10,10 @@ import ast
 import contextlib
 import dataclasses
 import inspect
-import reprlib
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, wraps
-from os import PathLike
 from pathlib import Path
 from types import NoneType, SimpleNamespace, UnionType
 from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
@@ -23,7 +21,8 @@ from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get
 import docstring_parser
 
 from tegotae._support.engines import check_jax
-from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.errors import unknown
+from tegotae._support.kinds import fits, require_kind_of
 from tegotae.parts.fields import replace
 
 T = TypeVar("T")
@@ -62,25 +61,16 @@ class InShell:
     """Facts about a function that the shell needs and its signature does not say."""
 
     defaults: Callable[..., Values] | None = None
-    """Function of the name and of the plain options so far: the subject's own values."""
+    """Function of the name, and of the options that decide about further ones: values of the
+    subject."""
     writes: Literal["nothing", "folder", "file"] = "nothing"
     """Output if no other is named."""
     pictures: bool = True
     """False if its result has no figure."""
-    values: Values = dataclasses.field(default_factory=dict)
-    """Values of nested parameters that are the same for all subjects."""
     default_names: tuple[str, ...] = ()
     """Names where none is given."""
     names: str = ""
     """Meaning of a name, for help."""
-    loads: tuple[str, ...] = ()
-    """Parameters that decide which options a subject has, for help without a name."""
-    endings: tuple[str, ...] = ()
-    """Endings that a file of the result may have."""
-    replaces: bool = False
-    """True if an existing file may be written over."""
-    examples: Mapping[str, str] = dataclasses.field(default_factory=dict)
-    """Words after the command for each kind of subject, for a reference."""
 
 
 _IN_SHELL: dict[Any, InShell] = {}
@@ -364,7 +354,7 @@ def with_options(value: T, changes: Mapping[str, Any]) -> T:
             raise unknown(f"field of a {type(value).__name__}", name, paths)
         if ways_by_name[name] in kinds:
             kind = kinds[ways_by_name[name]]
-            if get_origin(kind) is tuple and _fits(float, replacement):
+            if get_origin(kind) is tuple and fits(float, replacement):
                 continue  # one number for all entries
             require_kind_of(name, kind | None, replacement)
     return replace(value, {ways_by_name[name]: x for name, x in changes.items()})
@@ -384,77 +374,6 @@ def changes(options: Any, reference: Any) -> dict[str, Any]:
     """
     values = ((f.name, getattr(options, f.name)) for f in dataclasses.fields(options) if f.init)
     return {name: value for name, value in values if value != getattr(reference, name)}
-
-
-def require_kind_of(name: str, kind: Any, value: object) -> None:
-    """Raise `TegotaeError` for a value of another type, such as a text where a number is due.
-
-    Args:
-        name: name of the option.
-        kind: its type; any value passes for one that is neither plain nor a dataclass.
-        value: the value.
-
-    Example:
-        >>> require_kind_of("duration_s", float | None, "4")
-        Traceback (most recent call last):
-        tegotae.TegotaeError: duration_s is '4'; it must be a number or None
-    """
-    if not _fits(kind, value):
-        raise TegotaeError(f"{name} is {reprlib.repr(value)}; it must be {_in_words(kind)}")
-
-
-def _fits(kind: Any, value: Any) -> bool:
-    """Return whether a value is of a type."""
-    origin, entries = get_origin(kind), get_args(kind)
-    if origin in (Union, UnionType):
-        return any(_fits(x, value) for x in entries)
-    if origin is Literal:
-        return isinstance(value, str) and value in entries
-    if origin is Mapping:
-        return isinstance(value, Mapping)
-    if origin in (tuple, list, Sequence):
-        if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
-            return False
-        if origin is not tuple or Ellipsis in entries:
-            return not isinstance(value, Sequence) or all(_fits(entries[0], x) for x in value)
-        values = [*value]
-        return len(values) == len(entries) and all(map(_fits, entries, values))
-    if kind in (int, float):
-        number = hasattr(value, "__index__" if kind is int else "__float__")
-        return number and not isinstance(value, bool) and getattr(value, "ndim", 0) == 0
-    if kind is Path:
-        return isinstance(value, str | PathLike)
-    is_checked = kind in (bool, str, NoneType) or (
-        isinstance(kind, type) and dataclasses.is_dataclass(kind)
-    )
-    return not is_checked or isinstance(value, kind)
-
-
-_IN_WORDS = {
-    bool: ("True or False", "truth values"),
-    int: ("a whole number", "whole numbers"),
-    float: ("a number", "numbers"),
-    str: ("a text", "texts"),
-    Path: ("a path", "paths"),
-    NoneType: ("None", "None"),
-}
-"""Types in words: one value, and several."""
-
-
-def _in_words(kind: Any) -> str:
-    """Return the description of a type for an error."""
-    origin, entries = get_origin(kind), get_args(kind)
-    if origin in (Union, UnionType):
-        return " or ".join(dict.fromkeys(map(_in_words, entries)))
-    if origin is Literal:
-        return f"one of {', '.join(map(str, entries))}"
-    if origin is Mapping:
-        return "a mapping of changes"
-    if origin in (tuple, list, Sequence):
-        if origin is tuple and Ellipsis not in entries:
-            return f"a list of {', '.join(map(_in_words, entries))}"
-        return f"a list of {_IN_WORDS.get(entries[0], ('', 'values'))[1]}"
-    return _IN_WORDS[kind][0] if kind in _IN_WORDS else f"a {kind.__name__}"
 
 
 @cache

@@ -134,15 +134,7 @@ def _require_policy(controller: Any, policy: Any) -> None:
     require_all({"gymnasium": "gym", **extras.get(ending, {})})
 
 
-_DRIVEN: dict[str, Any] = {
-    "defaults": _driver_defaults,
-    "loads": ("policy",),
-    "examples": {
-        "One leg, such as paper": "paper",
-        "A policy": "--policy policy.zip",
-    },
-    **_FILE,
-}
+_DRIVEN: dict[str, Any] = {"defaults": _driver_defaults, **_FILE}
 
 
 def _driver(options: Any) -> SavedController | Policy:

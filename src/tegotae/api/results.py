@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -110,6 +110,10 @@ class Film:
 class ResultBase:
     """Numbers, the text about them, and their figures."""
 
+    ENDINGS: ClassVar[tuple[str, ...]] = ()
+    """Endings of the file that `save` writes, if it writes one file only."""
+    REPLACES: ClassVar[bool] = False
+    """True if an existing file may be written over."""
     raw: Any = None
     """Result of the computation, such as a `tegotae.analysis.simulation.Result`."""
     title: str = ""
@@ -312,10 +316,6 @@ class Files(ResultBase):
 
     write: Callable[[Path], Sequence[Path]]
     """Function that writes them to a file or into a folder."""
-    endings: tuple[str, ...] = ()
-    """Endings that the file may have; none of a folder."""
-    replaces: bool = False
-    """True if an existing file may be written over."""
     files: Mapping[str, str] = field(default_factory=dict)
     """Texts by their paths in a folder, where they are texts."""
 
@@ -330,10 +330,24 @@ class Files(ResultBase):
             TegotaeError: for another ending, or if it is there already or cannot be written.
         """
         path = Path(path)
-        if path.suffix in NUMBERS and path.suffix not in self.endings:
+        if path.suffix in NUMBERS and path.suffix not in self.ENDINGS:
             return super().save(path)
-        check_new_file(path, self.endings, replaces=self.replaces)
+        check_new_file(path, self.ENDINGS, replaces=self.REPLACES)
         return [*self.write(path)]
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class TomlFile(Files):
+    """File of TOML, in memory until it is saved."""
+
+    ENDINGS = (".toml",)
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class JsonFile(Files):
+    """File of JSON, in memory until it is saved."""
+
+    ENDINGS = (".json",)
 
 
 def check_new_file(path: Path | str, endings: Sequence[str], *, replaces: bool = False) -> None:
@@ -367,22 +381,8 @@ def check_ending(path: Path | str, endings: Sequence[str]) -> None:
         raise TegotaeError(f"{path} must end in {' or '.join(endings)}")
 
 
-def check_output(path: Path | None, *endings: str) -> None:
-    """Raise `TegotaeError` before long work if a file could not be written.
-
-    Args:
-        path: the file, if there is one.
-        endings: endings that it may have.
-    """
-    if path is None:
-        return
-    if path.suffix.lower() not in endings:
-        raise TegotaeError(f"cannot write {str(path)!r}; the name ends in {' or '.join(endings)}")
-    output_file(path)
-
-
 def short(value: Any) -> str:
-    """A cell of a table as people read it."""
+    """Return a cell of a table for people."""
     if isinstance(value, float):
         return UNDEFINED if math.isnan(value) else f"{value:.4g}"
     return str(value)
@@ -397,39 +397,39 @@ class EvaluationTable(Table):
     columns: tuple[Column, ...]
     """Measured quantities."""
     groups: tuple[str, ...] = ("controller",)
-    """Name a row of the summary. Runs are independent; over all else, such as starts, the mean of a
-    run is taken first."""
+    """Columns that name a row of the summary. Runs are independent; the mean of a run over all
+    else, such as starts, is taken first."""
     trained: Mapping[str, Hashable] = field(default_factory=dict)
-    """Of each controller all that decides what its training drew, None if that is not known: where
-    it is equal, runs are paired."""
+    """Facts that decide what the training of each controller drew, None if they are not known:
+    where they are equal, runs are paired."""
     exact: frozenset[str] = frozenset()
-    """Controllers that no other run would differ from, as a search finds them."""
+    """Controllers that a search found, from which no other run would differ."""
     settings: Mapping[str, Any] = field(default_factory=dict)
     """Options of each controller."""
     base: str = ""
-    """The controller that others are compared with, if any."""
+    """Controller that others are compared with, if any."""
 
     @classmethod
-    def joined(cls, answers: Sequence[EvaluationTable]) -> EvaluationTable:
-        """One of several answers to the same question."""
+    def joined(cls, tables: Sequence[EvaluationTable]) -> EvaluationTable:
+        """Return one table of several that measure the same."""
         return dataclasses.replace(
-            answers[0],
-            rows=pd.concat([answer.rows for answer in answers], ignore_index=True),
-            columns=tuple({c.name: c for answer in answers for c in answer.columns}.values()),
-            trained={name: x for answer in answers for name, x in answer.trained.items()},
-            exact=frozenset[str]().union(*(answer.exact for answer in answers)),
-            settings={name: x for answer in answers for name, x in answer.settings.items()},
+            tables[0],
+            rows=pd.concat([table.rows for table in tables], ignore_index=True),
+            columns=tuple({c.name: c for table in tables for c in table.columns}.values()),
+            trained={name: x for table in tables for name, x in table.trained.items()},
+            exact=frozenset[str]().union(*(table.exact for table in tables)),
+            settings={name: x for table in tables for name, x in table.settings.items()},
         )
 
     def summary(self) -> pd.DataFrame:
-        """Mean over runs of each column with its 95 % interval; of texts, the commonest ones."""
+        """Return the mean of each column over runs with its interval, or the commonest texts."""
         groups = self._grouped()
         cells = {c.name: [_mean(c, rows) for rows in groups.values()] for c in self.columns}
         runs = [rows["run"].nunique() for rows in groups.values()]
         return self._indexed(list(groups), {"runs": runs, **cells})
 
     def differences(self) -> pd.DataFrame:
-        """Each controller minus the base at equal other groups, run by run where these are paired.
+        """Return each controller minus the base at equal other groups, run by run where paired.
 
         Raises:
             TegotaeError: if nothing can be compared with the base.
@@ -519,7 +519,7 @@ class EvaluationTable(Table):
 
 
 PAIRED, INDEPENDENT, EXACT = "paired runs", "independent runs", "one run is exact"
-"""How two sets of runs are compared."""
+"""Relations of two sets of runs that are compared."""
 COMPARED = [
     "+ is better and - is worse, where the interval of the difference leaves zero out.",
     "Runs are paired, seed by seed, where they share what is random: controller, algorithm and "
@@ -532,7 +532,7 @@ EXACTLY = (
 
 
 def _of_runs(column: Column, rows: pd.DataFrame) -> np.ndarray:
-    """Of every run the mean over its rows, [runs]."""
+    """Return the mean of every run over its rows, [runs]."""
     runs = [run.to_numpy(float)[None] for _, run in rows.groupby("run", sort=False)[column.name]]
     return np.array([statistics.mean_defined(values)[0] for values in runs])
 
@@ -553,7 +553,7 @@ def _difference(column: Column, rows: pd.DataFrame, base: pd.DataFrame, method: 
 
 
 def _cell(column: Column, cell: Interval | str, better: bool) -> str:
-    """A mean with its interval; of a difference with whether it is for the better."""
+    """Return a mean with its interval; of a clear difference with + or -."""
     if isinstance(cell, str):
         return cell
     clear = better and column.more_is_better is not None and (cell.low > 0.0 or cell.high < 0.0)

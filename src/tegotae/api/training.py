@@ -1,31 +1,32 @@
-"""Training: controllers of one model are learned, on the engine or in another simulator."""
+"""Training of controllers of one model, on the engine or in another simulator."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cached_property, wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import pandas as pd
 
 from tegotae._support.documents import JsonObject, as_json
-from tegotae._support.errors import TegotaeError, require, require_all, require_count
+from tegotae._support.errors import TegotaeError, require_all, require_count
 from tegotae._support.limits import MOST_SEEDS
 from tegotae.api import experiments
 from tegotae.api.controller import Changes, Work
 from tegotae.api.controllers import load
+from tegotae.api.experiments import ExperimentOptions
 from tegotae.api.parameters import HIDDEN, Values, changes, filled, in_shell, with_options
 from tegotae.api.results import Files, ResultBase
-from tegotae.api.wiring import EnvironmentOptions, environment_of, stem_of
-from tegotae.measures.objectives.objective import FAILED_FITNESS, Objective
+from tegotae.api.wiring import DEFAULT_ENVIRONMENT, EnvironmentOptions, environment_of
+from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.measures.statistics import interval
-from tegotae.parts.bodies import Body
 from tegotae.systems.controller_file import load as load_file
-from tegotae.systems.env_documents import extras_of
+from tegotae.systems.env_documents import extras_of, stem_of
 from tegotae.systems.experiment import Experiment
 from tegotae.systems.registry import is_reference, name_of
 from tegotae.systems.resolve import law_on_robot, resolve
@@ -34,9 +35,10 @@ from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.algorithms import Algorithm
 from tegotae.training.curves import FITNESS, longest_s, read_curves
 from tegotae.training.evolution import CAP, PLATEAU, RUNNING, SEARCH, Evolution, Stopping
-from tegotae.training.learner import Learner, TrainingState
+from tegotae.training.learner import Learner
 from tegotae.training.run import COLUMNS, Run, curves_of, train as train_run
 from tegotae.training.settings import settings_named
+from tegotae.training.tensorboard import tensorboard_log
 from tegotae.training.trainable import Trainable
 
 if TYPE_CHECKING:
@@ -52,8 +54,8 @@ _ENDED = {
     SEARCH: "found by search",
     RUNNING: "not yet",
 }
-"""Why a training ended, in words."""
-_USUAL = Stopping()
+"""Ends of a training, in words."""
+_STOPPING = Stopping()
 _EPISODES = 1000
 
 
@@ -75,38 +77,19 @@ class Trainee:
         return Path("runs") / "-".join(filter(None, parts))
 
     def defaults(self) -> Values:
-        """Return the own values of the options of `train`."""
+        """Return the values of the options of `train`."""
+        option_defaults, _ = _options_of(self.experiment)
         hidden = () if isinstance(self.settings, Algorithm) else _OF_POPULATIONS
         hidden += () if isinstance(self.settings, AgentSettings) else _OF_AGENTS
-        values: dict[str, Any] = {"out": self.folder, "algorithm": self.settings}
-        values |= {
-            "generations": _USUAL.generations,
-            "plateau_share": _USUAL.share,
-            "plateau_tolerance": _USUAL.tolerance,
+        return {
+            **option_defaults(self.experiment),
+            "out": self.folder,
+            "algorithm": self.settings,
+            "generations": _STOPPING.generations,
+            "plateau_share": _STOPPING.share,
+            "plateau_tolerance": _STOPPING.tolerance,
             **dict.fromkeys(hidden, HIDDEN),
         }
-        if isinstance(self.experiment, Experiment):
-            return {**experiments.option_defaults(self.experiment), **values}
-        from tegotae.api import environment
-
-        return {**environment.environment_defaults(self.experiment), **values}  # type: ignore[arg-type]
-
-    def adjusted(self, options: Mapping[str, Any]) -> Trainable:
-        """Return the experiment with other values.
-
-        Args:
-            options: options of `train`.
-        """
-        names = [x for x in self.defaults() if x in options and x not in _NOT_THE_EXPERIMENTS]
-        values = {name: options[name] for name in (*names, *_NUMBERS)}
-        for name in ("body", "fitness"):  # by name they are in the experiment
-            if not isinstance(options[name], Mapping):
-                values[name] = None
-        if isinstance(self.experiment, Experiment):
-            return experiments.adjusted(self.experiment, values)
-        from tegotae.api import environment
-
-        return environment.adjusted_on_environment(self.experiment, values)  # type: ignore[arg-type]
 
     def learner(self, options: Any, experiment: Trainable) -> Learner:
         """Return the learner.
@@ -124,18 +107,22 @@ class Trainee:
 
 _OF_POPULATIONS = ("generations", "to_cap", "plateau_share", "plateau_tolerance", "start")
 _OF_AGENTS = ("episodes", "as_long_as")
-_NOT_THE_EXPERIMENTS = ("", "out", "algorithm", "environment", *_OF_POPULATIONS, *_OF_AGENTS)
-_NUMBERS = (
-    *("cot_only", "vary", "sector_start_rad", "sector_duration_s", "newtons_per_feedback"),
-    *("body", "fitness"),
-)
+
+
+def _options_of(experiment: Trainable) -> tuple[Callable[..., Values], Callable[..., Any]]:
+    """Return the defaults of the options of an experiment, and the function that applies them."""
+    if isinstance(experiment, Experiment):
+        return experiments.option_defaults, experiments.adjusted
+    from tegotae.api import environment
+
+    return environment.environment_defaults, environment.adjusted_on_environment
 
 
 def _trainee(
     model: Any,
     *,
     env: str | None = None,
-    environment: EnvironmentOptions | Changes | None = None,
+    environment: EnvironmentOptions | Changes = DEFAULT_ENVIRONMENT,
     algorithm: str | Algorithm | AgentSettings | Learner | Changes = "pgpe",
     tensorboard: bool = False,
     budget: int | None = None,
@@ -144,13 +131,14 @@ def _trainee(
     fitness: Any = None,
     **_: Any,
 ) -> Trainee:
-    """The experiment of a name, and its algorithm.
+    """Return the experiment of a name, and its algorithm.
 
     Raises:
         TegotaeError: for a name that means nothing here, or values that do not fit together.
     """
-    if isinstance(model, str) and (on_robot := law_on_robot(model)) is not None:
-        model, env = on_robot
+    robot = law_on_robot(model) if isinstance(model, str) else None
+    if robot is not None:
+        model, env = robot
     options_of_environment, settings = environment_of(environment), _settings(algorithm)
     extras = {} if env is None else extras_of(env)
     if isinstance(settings, AgentSettings):
@@ -159,7 +147,7 @@ def _trainee(
         extras["tensorboardX"] = "tensorboard"
     require_all(extras)
     if env is None:
-        for name in changes(options_of_environment, EnvironmentOptions()):
+        for name in changes(options_of_environment, DEFAULT_ENVIRONMENT):
             raise TegotaeError(f"{name} belongs to environments; give env, too")
         experiment = experiments.experiment_named(
             model, budget=budget, oscillator=oscillator, body=body, fitness=fitness
@@ -174,13 +162,17 @@ def _trainee(
     wired = options_of_environment.experiment(env, model, duration_s=24.0, **overrides)
     if fitness is not None and not isinstance(fitness, str):
         wired = replace(wired, objective=fitness)
-    return Trainee(wired, settings, options_of_environment, place=stem_of(env))
+    if robot is None:
+        return Trainee(wired, settings, options_of_environment, place=stem_of(env))
+    law = wired.name.partition("@")[0]  # without the walker that it is from
+    name = re.sub(r"[^\w.+@-]+", "-", f"{law}@{stem_of(env)}", flags=re.ASCII)
+    return Trainee(replace(wired, name=name), settings, options_of_environment)
 
 
 def _settings(
     algorithm: str | Algorithm | AgentSettings | Learner | Changes,
 ) -> Algorithm | AgentSettings | Learner:
-    """The settings of an algorithm, by name or changed."""
+    """Return the settings of an algorithm, by name or changed."""
     if isinstance(algorithm, Mapping):
         return with_options(_settings(algorithm.get("name", "pgpe")), algorithm)
     if isinstance(algorithm, str):
@@ -190,11 +182,11 @@ def _settings(
 
 
 def _population(options: Any, experiment: Trainable, workers: int | None) -> Evolution:
-    """The evolution of a population."""
+    """Return the evolution of a population."""
     share, tolerance = options.plateau_share, options.plateau_tolerance
-    if options.to_cap and (share, tolerance) != (_USUAL.share, _USUAL.tolerance):
+    if options.to_cap and (share, tolerance) != (_STOPPING.share, _STOPPING.tolerance):
         raise TegotaeError("to_cap sees no plateau; leave plateau_share and plateau_tolerance out")
-    stopping = replace(_USUAL, generations=options.generations, share=share, tolerance=tolerance)
+    stopping = replace(_STOPPING, generations=options.generations, share=share, tolerance=tolerance)
     if options.to_cap:
         stopping = Stopping.after(options.generations)
     return Evolution(
@@ -206,7 +198,7 @@ def _population(options: Any, experiment: Trainable, workers: int | None) -> Evo
 
 
 def _weights(name: str, experiment: Trainable) -> tuple[float, ...]:
-    """Weights of a controller by name, which must be of the same terms."""
+    """Return the weights of a controller by name, which must have the same terms."""
     saved = resolve(name).controller()
     if saved.controller != experiment.controller:
         raise TegotaeError(
@@ -217,7 +209,7 @@ def _weights(name: str, experiment: Trainable) -> tuple[float, ...]:
 
 
 def _agent(options: Any, experiment: Trainable) -> AgentLearner:
-    """The learner of an agent."""
+    """Return the learner of an agent."""
     episodes = _EPISODES if options.episodes is None else options.episodes
     if options.as_long_as is not None:
         if options.episodes is not None:
@@ -314,7 +306,7 @@ class TrainedControllers(Files):
 
 
 def _remarks(controllers: TrainedControllers) -> list[str]:
-    """Sentences about the outcome of a training."""
+    """Return sentences about the outcome of a training."""
     runs, unit = controllers.runs, controllers.unit
     fitness = [float(run["best_fitness"]) for run in runs]
     notes = []
@@ -340,23 +332,15 @@ def _remarks(controllers: TrainedControllers) -> list[str]:
     return notes
 
 
-def _values(model: Any = "", **options: Any) -> Values:
-    """Own values of a model's training."""
+@wraps(_trainee)
+def _option_defaults(model: Any, **options: Any) -> Values:
     return _trainee(model, **options).defaults()
 
 
 @in_shell(
-    defaults=_values,
-    values={"environment": EnvironmentOptions()},
-    loads=("budget", "oscillator", "body", "fitness", "env", "algorithm", "wiring", "tensorboard"),
+    defaults=_option_defaults,
     names="A name is a recipe (see `tegotae models`), such as ART, or on legs ART@quadruped-c; or "
     "an experiment of your own, FILE.py:OBJECT or MODULE:OBJECT.",
-    examples={
-        "One leg, such as ART": "ART",
-        "Several legs, such as AR@quadruped-c": "AR@quadruped-c",
-        "In another simulator (--env)": "ART --env leg",
-        "An agent (--algorithm sac)": "AR --algorithm sac",
-    },
 )
 def train(
     model: str | Experiment,
@@ -372,27 +356,17 @@ def train(
     start: str | None = None,
     episodes: int | None = None,
     as_long_as: Path | str | None = None,
-    height_m: float | None = None,
-    duration_s: float | None = None,
-    tick_s: float | None = None,
-    hold: bool | None = None,
-    cot_only: bool = False,
-    vary: Sequence[str] = (),
-    episodes_per_candidate: int | None = None,
     drop_m: float | None = None,
     work: Work | None = None,
     sector_start_rad: float | None = None,
     sector_duration_s: float | None = None,
     newtons_per_feedback: float | None = None,
     tuned_over: Sequence[float] | None = None,
-    budget: int | None = None,
-    oscillator: str | None = None,
-    body: str | Body | Changes | None = None,
-    fitness: str | Objective | Changes | None = None,
     algorithm: str | Algorithm | AgentSettings | Learner | Changes = "pgpe",
     env: str | None = None,
-    environment: EnvironmentOptions | Changes | None = None,
+    environment: EnvironmentOptions | Changes = DEFAULT_ENVIRONMENT,
     tensorboard: bool = False,
+    **options: Unpack[ExperimentOptions],
 ) -> TrainedControllers:
     """Train controllers of a model, one per seed; run it again on the same folder to continue.
 
@@ -413,15 +387,6 @@ def train(
         episodes: episodes per seed of an agent; 1000 by default.
         as_long_as: folder of another training: the agent gets the simulated time of its longest
             run.
-        height_m: height of the release [m], in training and evaluation.
-        duration_s: duration of a training episode [s].
-        tick_s: control period in training [s].
-        hold: hold the controller over each tick of the training, as a robot does.
-        cot_only: use CoT⁻¹ alone as the fitness, without ΔΩ, as in the paper's comparison of
-            algorithms. Agents always do.
-        vary: conditions that vary between episodes of training, such as mass_kg=0.08:0.12 (any
-            value between), omega=6/8/10 (one of these) or push_x_n=-5:5@8:8.2 (from 8 s to 8.2 s).
-        episodes_per_candidate: number of episodes per candidate, if conditions vary.
         drop_m: height by which the ground drops in the evaluation [m].
         work: definition of the actuator's work.
         sector_start_rad: phase at which a vanilla sector starts [rad].
@@ -429,15 +394,6 @@ def train(
         newtons_per_feedback: force of a vanilla reflex per unit of feedback [N s/rad].
         tuned_over: offsets from ω_t at which the gain of a pure V is searched for [rad/s], such as
             -2 -1 0 1 2 for all frequencies of the evaluation.
-        budget: maximum number of trained parameters of a model; the paper's by default.
-        oscillator: another oscillator: hopf, adaptive-hopf, van-der-pol, matsuoka, or your own,
-            FILE.py:OBJECT or MODULE:OBJECT. With the prefix learned- its parameters are trained,
-            too.
-        body: another body: your own, FILE.toml of `tegotae identify`, FILE.py:OBJECT or
-            MODULE:OBJECT; or changes of the experiment's own.
-        fitness: another fitness, FILE.py:OBJECT or MODULE:OBJECT. On an environment: hopping
-            (CoT⁻¹ + ΔΩ), return (the sum of its rewards), or a function of an episode,
-            FILE.py:FUNCTION or MODULE:FUNCTION. Or changes of the experiment's own.
         algorithm: learning algorithm: pgpe, cma-es, openai-es or snes (populations), sac or ppo
             (agents), or your own, FILE.py:OBJECT or MODULE:OBJECT; or its name with other settings,
             {"name": "cma-es", "std": 0.08}.
@@ -455,12 +411,15 @@ def train(
     Example:
         >>> train("ART", seeds=4, out="runs/art").plot()  # doctest: +SKIP
     """
-    options = dict(locals())
+    given = {**locals(), **options}
+    del given["options"]
     require_count("seeds", seeds, most=MOST_SEEDS)
     require_count("first_seed", first_seed, least=0, most=2**31 - 1 - seeds)
-    trainee = _trainee(**options)
-    values = filled({**options, "algorithm": trainee.settings}, trainee.defaults())
-    experiment = trainee.adjusted(options)
+    trainee = _trainee(**given)
+    named = {x: None for x in ("body", "fitness") if not isinstance(given[x], Mapping)}
+    values = filled({**given, **named, "algorithm": trainee.settings}, trainee.defaults())
+    _, adjusted = _options_of(trainee.experiment)
+    experiment = adjusted(trainee.experiment, vars(values))
     learner = trainee.learner(values, experiment)
     runs = tuple(range(first_seed, first_seed + seeds))
     run, folder = Run(experiment=experiment, seeds=runs, learner=learner), Path(values.out)
@@ -475,7 +434,7 @@ def train(
     if isinstance(experiment, Experiment):
         return replace(trained, notes=[*trained.notes, *without_hops(trained, experiment)])
     evolves = isinstance(trainee.settings, Algorithm)
-    tolerance = values.plateau_tolerance if evolves else _USUAL.tolerance
+    tolerance = values.plateau_tolerance if evolves else _STOPPING.tolerance
     return replace(trained, notes=[*trained.notes, *advice(trained, tolerance=tolerance)])
 
 
@@ -507,44 +466,26 @@ def without_hops(trained: TrainedControllers, experiment: Experiment) -> list[st
     ]
 
 
-def tensorboard_log(out: Path) -> Callable[[TrainingState], None]:
-    """A function that logs the points of a step for TensorBoard, into a folder made by then.
+def advice(trained: TrainedControllers, *, tolerance: float) -> list[str]:
+    """Return the reason that a body never leaves the ground, and remedies where no run gained much.
 
-    Raises:
-        TegotaeError: at once, if tensorboardX is not installed.
+    Args:
+        trained: controllers and learning curves.
+        tolerance: smallest gain that counts.
     """
-    tensorboard = require("tensorboardX", "tensorboard")
-
-    @cache
-    def writer() -> Any:
-        return tensorboard.SummaryWriter(str(out / "tensorboard"))
-
-    def log(step: TrainingState) -> None:
-        for point in step.new:
-            for name, value in point._asdict().items():
-                if name not in ("seed", "step") and not math.isnan(value):
-                    writer().add_scalar(f"{name}/seed{point.seed}", value, round(point.step))
-        writer().flush()
-
-    return log
-
-
-def advice(answer: TrainedControllers, *, tolerance: float) -> list[str]:
-    """Why a body on an environment never leaves the ground, and what to try where no run gained
-    more than `least`."""
     from tegotae.training.environments.experiment import EnvExperiment
     from tegotae.training.environments.replay import replay
 
     sentences = []
-    best = max(map(load_file, answer.paths), key=lambda run: float(run.training["best_fitness"]))  # type: ignore[arg-type]
+    best = max(map(load_file, trained.paths), key=lambda run: float(run.training["best_fitness"]))  # type: ignore[arg-type]
     experiment = EnvExperiment.from_controller(best)
     if experiment.spec.is_model and (
         reason := replay(experiment, [best.weights])[0].why_on_ground()
     ):
         sentences.append(f"The best run {reason}.")
-    if answer.table.empty:  # a search, in which nothing is learned
+    if trained.table.empty:  # a search, in which nothing is learned
         return sentences
-    runs = read_curves([answer.folder], FITNESS).groupby("seed")[FITNESS]
+    runs = read_curves([trained.folder], FITNESS).groupby("seed")[FITNESS]
     gain = max(float(run.max() - run.iloc[0]) for _, run in runs)
     if gain <= tolerance:
         cure = "a larger --population; more --generations."
@@ -552,6 +493,6 @@ def advice(answer: TrainedControllers, *, tolerance: float) -> list[str]:
             f"Nothing was learned: no run gained more than {gain:.3g}. Try in this order: "
             "tegotae wiring baseline, which shows whether feedback matters there at all; larger "
             "pushes in the wiring; another --omega; "
-            + ("more --episodes." if answer.unit == AgentLearner.UNIT else cure)
+            + ("more --episodes." if trained.unit == AgentLearner.UNIT else cure)
         )
     return sentences

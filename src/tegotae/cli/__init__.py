@@ -1,4 +1,4 @@
-"""The `tegotae` command: which words make which command, and how it ends."""
+"""The `tegotae` command: its words, and its end."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from tegotae._start import end_on_ctrl_c, open_streams, ready
+from tegotae._start import QUIET, end_on_ctrl_c, open_streams, ready
 from tegotae._support.compiled import keep_xla_programs
 from tegotae._support.errors import TegotaeError, unknown
-from tegotae._support.progress import QUIET
 from tegotae.cli.commands import TEGOTAE
 from tegotae.cli.console import DEBUG, exit_status, leave, make_safe, warn_in_one_line
 from tegotae.cli.kept_texts import is_text, print_stored
@@ -27,10 +26,10 @@ def main(
     program: Command | CommandGroup = TEGOTAE,
     prog: str = "tegotae",
 ) -> int:
-    """Run a command of a program; the exit status is 0, or another one (`exit_status`).
+    """Run a command of a program; return the exit status (`exit_status`).
 
     Args:
-        arguments: the words after the program's name; by default those of the shell.
+        arguments: words after the program's name; by default those of the shell.
         program: the commands to choose from, or the only one.
         prog: the words that start the program.
 
@@ -80,7 +79,7 @@ def _run(words: list[str], program: Command | CommandGroup, prog: str) -> None:
 def parsed(
     words: Sequence[str], entry: Command | CommandGroup = TEGOTAE, prog: str = "tegotae"
 ) -> Any:
-    """The command that words make, with its options; of all commands this one alone is imported.
+    """Return the command that words make, with its options; it alone is imported.
 
     Args:
         words: such as `["figure", "surface", "--out", "surface.png"]`.
@@ -115,7 +114,7 @@ def parsed(
     if inspect.isfunction(command):
         from tegotae.cli.functions import FunctionCall
 
-        return FunctionCall.from_words(command, words, prog, entry.examples)
+        return FunctionCall.from_words(entry, words, prog)
     from tegotae.cli.records import parse
 
     return parse(command, words, prog, entry.examples)
@@ -128,7 +127,7 @@ def _check_environment() -> None:
 
 
 def split_parts(words: list[str]) -> tuple[list[str], list[str]]:
-    """The words without --parts, and what it names: a file or module, more files behind it.
+    """Return the words without --parts, and the files and modules after it.
 
     Example:
         >>> split_parts(["--parts", "a.py", "b.py", "train", "--parts", "c", "ART"])
@@ -150,7 +149,7 @@ def split_parts(words: list[str]) -> tuple[list[str], list[str]]:
 
 
 def _after_parts(word: str) -> list[str]:
-    """The word; what stands for two, such as --parts=FILE.py, as two."""
+    """Return the word, or --parts=FILE.py as two words."""
     option, equals, value = word.partition("=")
     return [option, value] if option == "--parts" and equals else [word]
 

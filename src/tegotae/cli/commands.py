@@ -1,59 +1,50 @@
-"""The commands of `tegotae`."""
+"""The commands of `tegotae`, as `commands.toml` lists them."""
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from tegotae.cli.program import Command, CommandGroup
 
-_PURPOSES: Mapping[str, Mapping[str, Any]] = tomllib.loads(
+_TABLES: Mapping[str, Mapping[str, Any]] = tomllib.loads(
     Path(__file__).with_name("commands.toml").read_text(encoding="utf-8")
 )
-"""By purpose and name the function of each command, and what a user can type after the name."""
-_FUNCTIONS = {name: entry for commands in _PURPOSES.values() for name, entry in commands.items()}
+"""Tables of commands and groups, by purpose and name."""
 
-_GROUPS: Mapping[str, str] = {
-    "wiring": "Put controllers on a leg of your own: a MuJoCo model, or any environment.",
-    "figure": "Draw a figure that explains a controller, and write its numbers.",
-    "gait": "Study the gaits of a body with several legs.",
-    "export": "Export a controller to a robot.",
-    "benchmark": "Score controllers of any kind on the same bodies.",
+
+def _command(
+    name: str, table: Mapping[str, Any], subjects: Mapping[str, str]
+) -> Command | CommandGroup:
+    """Return the command or the group of a table.
+
+    Args:
+        name: words after `tegotae`.
+        table: its entries in the file.
+        subjects: words for each kind of subject, if the table has none.
+    """
+    subjects = table.get("subjects", subjects)
+    if "function" in table:
+        function = table["function"]
+        is_outside = "." in function.partition(":")[0]
+        return Command(
+            function if is_outside else f"tegotae.api.{function}",
+            *(f"tegotae {name} {words}".rstrip() for words in table["examples"]),
+            subjects=subjects or {"": table["examples"][0]},
+        )
+    tables = {x: table[x] for x in table if x not in ("summary", "subjects")}
+    commands = {x: _command(f"{name} {x}", tables[x], subjects) for x in tables}
+    return CommandGroup(table["summary"], commands)
+
+
+COMMANDS: Mapping[str, Command | CommandGroup] = {
+    name: _command(name, table, {}) for tables in _TABLES.values() for name, table in tables.items()
 }
-"""What the commands of two words are for, by the first."""
-
-
-def _command(name: str, function: str, examples: Sequence[str]) -> Command:
-    """The command of a function or a method."""
-    inside = "." not in function.partition(":")[0]
-    place = f"tegotae.api.{function}" if inside else function
-    return Command(place, *(f"tegotae {name} {words}".rstrip() for words in examples))
-
-
-def _commands() -> dict[str, Command | CommandGroup]:
-    loaded = {name: _command(name, **entry) for name, entry in _FUNCTIONS.items()}
-    commands: dict[str, Command | CommandGroup] = {}
-    for name in loaded:
-        first, _, grouped = name.partition(" ")
-        if grouped:
-            subcommands = {
-                n.partition(" ")[2]: loaded[n] for n in loaded if n.startswith(f"{first} ")
-            }
-            commands[first] = CommandGroup(_GROUPS[first], subcommands)
-        else:
-            commands[name] = loaded[name]
-    return commands
-
-
-COMMANDS: Mapping[str, Command | CommandGroup] = _commands()
-SECTIONS: Mapping[str, tuple[str, ...]] = {
-    purpose: tuple(dict.fromkeys(name.partition(" ")[0] for name in commands))
-    for purpose, commands in _PURPOSES.items()
-}
-"""The commands by what one wants to do, for the list of them."""
-
+"""The commands by name."""
+SECTIONS: Mapping[str, tuple[str, ...]] = {title: tuple(_TABLES[title]) for title in _TABLES}
+"""Names of the commands by purpose, for the list of them."""
 TEGOTAE = CommandGroup(
     "Train, simulate and compare learned Tegotae feedback in central pattern generators.",
     COMMANDS,

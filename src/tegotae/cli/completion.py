@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import resources
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.functions import options_by_subject
@@ -34,7 +34,7 @@ class Completion:
 
 
 def script() -> str:
-    """The script for bash."""
+    """Return the script for bash."""
     candidates = dict(completions(COMMANDS))
     candidates[""] += tuple(switch.split()[0] for switch in SWITCHES)
     pieces = {
@@ -53,7 +53,7 @@ def script() -> str:
 def completions(
     commands: Mapping[str, Command | CommandGroup], path: str = ""
 ) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """What may follow the words so far: ` figure` is followed by figures, a command by options.
+    """Yield the words that may follow others: figures after ` figure`, options after a command.
 
     Args:
         commands: those that may come next.
@@ -64,13 +64,14 @@ def completions(
         if isinstance(entry, CommandGroup):
             yield from completions(entry.commands, f"{path} {name}")
         else:
-            yield f"{path} {name}", tuple(options(entry.load()))
+            yield f"{path} {name}", tuple(options(entry))
 
 
-def options(command: Any) -> Iterator[str]:
-    """The options of a command, such as `--out`."""
-    if inspect.isfunction(command):
+def options(command: Command) -> Iterator[str]:
+    """Yield the options of a command, such as `--out`."""
+    function = command.load()
+    if inspect.isfunction(function):
         kinds = options_by_subject(command).values()
         yield from dict.fromkeys(flag_of(x) for options in kinds for x in options.values())
     else:
-        yield from (flag for flag, _ in flags_of(command) if flag.startswith("--"))
+        yield from (flag for flag, _ in flags_of(function) if flag.startswith("--"))

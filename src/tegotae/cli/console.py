@@ -1,4 +1,4 @@
-"""What the command line prints: tables, notes, and errors as one line."""
+"""Printing of the command line: tables, notes, and errors as one line."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def make_safe() -> None:
 
 
 def one_line(text: str) -> str:
-    r"""The same in one line, with control characters (such as a terminal's commands) made visible.
+    r"""Return a text in one line, with control characters made visible.
 
     Example:
         >>> print(one_line("no file\ncalled \x1b[31mred"))
@@ -55,7 +55,7 @@ def one_line(text: str) -> str:
 
 
 def printable(text: str, encoding: str) -> str:
-    """A text as a console of this encoding will have it, so that its width is known.
+    """Return a text as a console of this encoding shows it, so that its width is known.
 
     Example:
         >>> printable("CoT⁻¹ [m/J]", "ascii")
@@ -84,7 +84,7 @@ codecs.register_error(PLAIN, _plainly)
 
 
 WIDTH = 80
-"""That lines and tables are to fit where the output is no terminal [columns]."""
+"""Width of lines and tables where the output is no terminal [columns]."""
 
 
 def print_rows(columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: int = 1) -> None:
@@ -95,9 +95,9 @@ def print_rows(columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: in
     A table of one row that does not fit is a list, a line per column.
 
     Args:
-        columns: the headings.
-        rows: of the table, one text a column.
-        key: how many columns, the first ones, name the row.
+        columns: headings.
+        rows: rows of the table, one text a column.
+        key: number of columns, the first ones, that name the row.
     """
     plain, on_screen = (
         partial(printable, encoding=sys.stdout.encoding or "utf-8"),
@@ -118,7 +118,7 @@ def print_rows(columns: Iterable[str], rows: Iterable[Iterable[str]], *, key: in
 
 
 def _aligned(columns: Iterable[Sequence[str]]) -> list[list[str]]:
-    """Columns, each of cells as wide as the widest, with a line below the heading."""
+    """Return columns of cells as wide as the widest one, with a line below the heading."""
     widths = [(column, max(map(cell_len, column))) for column in columns]
     return [
         [set_cell_size(cell, wide) for cell in (column[0], "─" * wide, *column[1:])]
@@ -127,7 +127,7 @@ def _aligned(columns: Iterable[Sequence[str]]) -> list[list[str]]:
 
 
 def _width(columns: Sequence[Sequence[str]]) -> int:
-    """Of columns with blanks around and between them, in cells of a letter."""
+    """Return the width of columns with the blanks around and between them [letters]."""
     return 1 + sum(3 + cell_len(column[0]) for column in columns)
 
 
@@ -151,7 +151,7 @@ _OUT_OF_MEMORY = "out of memory{why}; ask for less, or free some"
 
 
 def exit_status(command: Callable[[], None]) -> int:
-    """Run a command; 0, or another status and one line on stderr that says why.
+    """Run a command; return 0, or another status after one line on stderr with the reason.
 
     The status is 2 for what the command cannot use or do, 1 where the system failed it (such as a
     full disk behind its output), 130 after Ctrl-C, 141 where nobody reads its output any more (and
@@ -180,7 +180,7 @@ def exit_status(command: Callable[[], None]) -> int:
 
 
 def is_debugging() -> bool:
-    """Whether tracebacks are asked for."""
+    """Return True if the user wants tracebacks."""
     return os.environ.get(DEBUG, "") not in ("", "0")
 
 
@@ -217,7 +217,7 @@ def leave(status: int) -> None:
 
 
 def _formatted(error: Exception) -> tuple[str, int]:
-    """The message of an error, and the exit status."""
+    """Return the message of an error, and the exit status."""
     if isinstance(error, TegotaeError):
         return str(error), UNUSABLE_INPUT
     if isinstance(error, MemoryError):  # NumPy's says for what there was none

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import inspect
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, NoReturn
 
 from tegotae._support.errors import MissingExtraError, TegotaeError
@@ -20,6 +21,7 @@ from tegotae.api.parameters import (
     options_of,
 )
 from tegotae.cli.output import OutputOptions, output_options, result_of
+from tegotae.cli.program import Command
 from tegotae.cli.words import help_text, known_options, split, values_of
 
 _BODY = Option(
@@ -35,21 +37,17 @@ _BODY = Option(
 class FunctionCall:
     """Words that call a function; no name is looked up yet."""
 
-    function: Callable[..., Any]
-    """Function, or method of `LoadedController`."""
-    names: tuple[str, ...]
-    """Names of the subjects."""
-    options: list[tuple[str, list[str]]]
-    """Options, each with the words after it."""
+    command: Command
+    """Command of the function, or of a method of `LoadedController`."""
     prog: str
     """Words of the command."""
-    examples: Sequence[str] = ()
-    """Lines that a user can type."""
+    names: tuple[str, ...] = ()
+    """Names of the subjects."""
+    options: Sequence[tuple[str, list[str]]] = ()
+    """Options, each with the words after it."""
 
     @classmethod
-    def from_words(
-        cls, function: Callable[..., Any], words: Sequence[str], prog: str, examples: Sequence[str]
-    ) -> FunctionCall:
+    def from_words(cls, command: Command, words: Sequence[str], prog: str) -> FunctionCall:
         """Return the call that words make.
 
         Raises:
@@ -57,23 +55,34 @@ class FunctionCall:
             SystemExit: of status 0 after `--help`.
         """
         names, options = split(words)
-        helps = [option for option in options if option[0] not in ("-h", "--help")]
-        call = cls(function, names, helps, prog, examples)
-        if len(helps) < len(options):
+        further = [option for option in options if option[0] not in ("-h", "--help")]
+        call = cls(command, prog, names, further)
+        if len(further) < len(options):
             call.help()
         if not names and call.names_needed:
             raise TegotaeError(f"names come first: {prog} NAME [OPTIONS]")
         return call
+
+    @cached_property
+    def function(self) -> Callable[..., Any]:
+        """Function or method of the command."""
+        return self.command.load()
 
     @property
     def facts(self) -> InShell:
         """Facts about the function that its signature does not say."""
         return facts_of(self.function)
 
+    @cached_property
+    def subjects(self) -> list[inspect.Parameter]:
+        """Positional parameters."""
+        parameters = inspect.signature(self.function).parameters.values()
+        return [x for x in parameters if x.kind is not inspect.Parameter.KEYWORD_ONLY]
+
     @property
     def is_method(self) -> bool:
         """True for a method of a controller."""
-        return next(iter(inspect.signature(self.function).parameters), "") == "self"
+        return bool(self.subjects) and self.subjects[0].name == "self"
 
     @property
     def is_about_controllers(self) -> bool:
@@ -81,49 +90,36 @@ class FunctionCall:
         return self.is_method or "controller" in inspect.signature(self.function).parameters
 
     @property
-    def subjects(self) -> list[inspect.Parameter]:
-        """Positional parameters."""
-        parameters = inspect.signature(self.function).parameters.values()
-        return [x for x in parameters if x.kind is not inspect.Parameter.KEYWORD_ONLY]
-
-    @property
     def names_needed(self) -> bool:
         """True if the function needs a name that it has no default for."""
-        if self.is_method:
-            return not self.facts.default_names
-        return any(x.default is x.empty and x.kind is not x.VAR_POSITIONAL for x in self.subjects)
-
-    @property
-    def _is_several(self) -> bool:
-        return any(x.kind is x.VAR_POSITIONAL for x in self.subjects)
+        needed = [
+            x for x in self.subjects if x.default is x.empty and x.kind is not x.VAR_POSITIONAL
+        ]
+        return bool(needed) and not self.facts.default_names
 
     def help(self) -> NoReturn:
         """Print the help: of the named subject, or of the command."""
         shared, text, footer = self._shared(), about(self.function), ""
-        if self.names or self.options or not (self.is_about_controllers or self.facts.defaults):
+        depends = self.is_about_controllers or self.facts.defaults
+        if self.names or not depends or (self.options and not self.names_needed):
             bound = self._bound()
-            shared = {**bound.options, **shared, **_only(bound.options, "out")}
+            options = {**bound.options, **shared, **_only(bound.options, "out")}
             text = about(bound.function)
         else:
-            shared |= _only(options_of(self.function, self.facts.values), *self.facts.loads)
-            kinds = [*options_by_subject(self.function).values()]
-            kinds = kinds[1:] or kinds
-            first = kinds[0]
-            common = [x for x in first if all(kind.get(x) == first[x] for kind in kinds)]
-            shared |= {x: first[x] for x in common if not first[x].heading}
+            options = shared | self._common()
             footer = f"\n\n{self.facts.names or NAMES} {self.prog} NAME --help lists its options."
         groups: dict[str, list[Option]] = {}
-        for option in shared.values():
+        for option in options.values():
             groups.setdefault(option.heading or "Options", []).append(option)
         names = self.names or (("NAME",) if self.subjects else ())
         usage = " ".join([self.prog, *names, "[OPTIONS]"])
-        print(help_text(usage, text + footer, groups, self.examples))
+        print(help_text(usage, text + footer, groups, self.command.examples))
         raise SystemExit(0)
 
     def run(self) -> None:
-        """FunctionCall the function, and show its result."""
+        """Call the function, and show its result."""
         call, output = self.parsed()
-        output.check(result_of(self.function), self.facts)
+        output.check(result_of(self.function))
         output.show(call())
 
     def parsed(self) -> tuple[Callable[[], Any], OutputOptions]:
@@ -135,66 +131,79 @@ class FunctionCall:
         bound, shared = self._bound(), self._shared()
         options = {**shared, **bound.options}
         paths = values_of(self.options, options.values(), bound.name or self.prog)
-        paths.pop("body", None) if self.is_about_controllers else None
-        output_values = {name: paths.pop(name) for name in shared if name in paths}
-        output = OutputOptions(**{name: x for name, x in output_values.items() if name != "body"})
-        command = self.prog.partition(" ")[2]
+        if self.is_about_controllers:
+            paths.pop("body", None)  # with which the controllers are loaded
+        output = OutputOptions(**{name: paths.pop(name) for name in shared if name in paths})
         subject = self.names[0] if self.names else bound.name
-        output = output.with_default_file(result_of(self.function), self.facts, command, subject)
+        output = output.with_default_file(
+            result_of(self.function), self.facts, self._words, subject
+        )
         values = _nested(paths)
         if "out" in bound.options:  # the function works in the folder that is written
-            folder = output.out or bound.options["out"].value
-            output = replace(output, out=values.get("out", folder))
-            values["out"] = output.out
+            values.setdefault("out", output.out or bound.options["out"].value)
+            output = replace(output, out=values["out"])
         return partial(bound.function, *bound.subjects, **values), output
+
+    @property
+    def _words(self) -> str:
+        """Words of the command after the program's."""
+        return self.prog.partition(" ")[2]
 
     def _shared(self) -> dict[str, Option]:
         """Options of every subject: how it is loaded, and the output."""
         loading = {"body": _BODY} if self.is_about_controllers else {}
         return {**loading, **output_options(self.function, self.facts)}
 
+    def _common(self) -> dict[str, Option]:
+        """Options that every kind of subject has, and those that decide which others it has."""
+        deciding = inspect.signature(self.facts.defaults).parameters if self.facts.defaults else ()
+        loading = {
+            name: option
+            for name, option in options_of(self.function, {}).items()
+            if option.path.partition(".")[0] in deciding
+        }
+        kinds = [*options_by_subject(self.command).values()]
+        first, *further = kinds[1:] or kinds
+        alike = {name: x for name, x in first.items() if all(y.get(name) == x for y in further)}
+        return loading | {name: x for name, x in alike.items() if not x.heading}
+
     def _bound(self) -> _Bound:
-        """The function of the named subject, with its own values.
+        """Return the function of the named subject, with its defaults.
 
         Raises:
             TegotaeError: for a name that means nothing here, or too many.
         """
         function, facts, names = self.function, self.facts, self.names or self.facts.default_names
-        if not self.is_method:
-            self._require_one(names)
         if names and not self.subjects:
             raise TegotaeError(f"unexpected argument {names[0]!r}; {self.prog} takes no name")
-        if self.is_method:
-            body = known_options(self.options, [_BODY], self.prog).get("body")
-            first, *further = load_all(*names, body=body)
-            function = getattr(first, function.__name__)
-            self._require_one([x.name for x in (first, *further)])
-            return _Bound(function, tuple(further), first.defaults(), first.name)
-        plain = options_of(function, facts.values).values()
-        overrides = _nested(known_options(self.options, plain, self.prog))
+        if not self.is_method:
+            self._require_one(names)
+        overrides = _nested(
+            known_options(self.options, options_of(function, {}).values(), self.prog)
+        )
         subjects: tuple[Any, ...] = tuple(names) or tuple(
             x.default for x in self.subjects if x.default not in (x.empty, None)
         )
         if "policy" in overrides and not names:
             subjects = ()
-        if self.is_about_controllers:
+        defaults: Values = {"": str(self.names[0]) if self.names else ""}
+        if subjects and self.is_about_controllers:
             body = known_options(self.options, [_BODY], self.prog).get("body")
-            subjects = tuple(load_all(*subjects, body=body)) if subjects else ()
+            subjects = tuple(load_all(*subjects, body=body))
             self._require_one([x.name for x in subjects])
-            name = subjects[0].name if subjects else ""
-            defaults = subjects[0].defaults() if subjects else {}
-        else:
-            name, defaults = str(subjects[0]) if subjects else "", {}
+            defaults = {"": subjects[0].name, **subjects[0].defaults()}
+        if self.is_method:
+            return _Bound(getattr(subjects[0], function.__name__), subjects[1:], defaults)
         if facts.defaults is not None:
             defaults = {**defaults, **facts.defaults(*subjects[:1], **overrides)}
-        defaults = {**facts.values, **defaults}
-        return _Bound(function, subjects, defaults, defaults.get("", name))
+        return _Bound(function, subjects, defaults)
 
     def _require_one(self, names: Sequence[str]) -> None:
         """Raise `TegotaeError` for more names than the function takes."""
-        if len(names) > 1 and not self._is_several:
-            command = self.prog.partition(" ")[2]
-            raise TegotaeError(f"{command} takes one name; {', '.join(names)} are {len(names)}")
+        is_several = any(x.kind is x.VAR_POSITIONAL for x in self.subjects)
+        if len(names) > 1 and not is_several:
+            listed = ", ".join(names)
+            raise TegotaeError(f"{self._words} takes one name; {listed} are {len(names)}")
 
 
 @dataclass(frozen=True)
@@ -205,9 +214,12 @@ class _Bound:
     subjects: tuple[Any, ...]
     """Positional arguments."""
     defaults: Values
-    """Own values of the first subject."""
-    name: str
-    """Name of the first subject."""
+    """Values of the first subject by parameter, and its name under ""."""
+
+    @property
+    def name(self) -> str:
+        """Name of the first subject."""
+        return self.defaults[""]
 
     @property
     def options(self) -> dict[str, Option]:
@@ -236,23 +248,22 @@ def _only(options: Mapping[str, Option], *names: str) -> dict[str, Option]:
     return {name: options[name] for name in names if name in options}
 
 
-def options_by_subject(function: Callable[..., Any]) -> dict[str, dict[str, Option]]:
+def options_by_subject(command: Command) -> dict[str, dict[str, Option]]:
     """Return the options by name: of every subject, and of each kind of subjects.
 
     Args:
-        function: a function, or a method of `LoadedController`.
+        command: command of a function, or of a method of `LoadedController`.
     """
-    call = FunctionCall(function, (), [], "tegotae")
-    kinds: dict[str, dict[str, Option]] = {}
+    call = FunctionCall(command, "tegotae")
+    kinds: dict[str, dict[str, Option]] = {"option": call._shared()}
     if call.is_method:
         for heading, (kind, name) in kinds_of_controllers().items():
             defaults = load_all(name)[0].defaults() if name else {}
-            kinds[heading] = options_of(getattr(kind, function.__name__), defaults)
-        return {"option": call._shared(), **kinds}
-    for heading, words in call.facts.examples.items() or {"option": ""}.items():
-        names, options = split(words.split())
+            kinds[heading] = options_of(getattr(kind, call.function.__name__), defaults)
+        return kinds
+    for heading, words in command.subjects.items():
         with contextlib.suppress(MissingExtraError):
-            kinds[heading] = FunctionCall(function, names, options, "tegotae")._bound().options
-    if "" in kinds:
-        return {"option": call._shared() | kinds.pop("")}
-    return {"option": call._shared() | kinds.pop("option", {}), **kinds}
+            needed = words if heading or call.names_needed else ""
+            options = FunctionCall(command, "tegotae", *split(shlex.split(needed)))._bound().options
+            kinds[heading or "option"] = {**kinds.get(heading or "option", {}), **options}
+    return kinds

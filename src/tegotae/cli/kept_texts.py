@@ -21,9 +21,10 @@ _NAME = re.compile(r"[\w-]+")
 
 
 def is_text(words: Sequence[str]) -> bool:
-    """Whether words ask for what the package's files alone decide: no file or part of a user.
+    """Return True if words want a text that the package's files alone decide.
 
-    A word with any other character than a name's may be a file's, as `AR@robot.toml` is.
+    A file or a part of a user is none of these: a word with any other character than a name's may
+    be a file's, as `AR@robot.toml` is.
 
     Example:
         >>> is_text(["train", "ART", "--help"]), is_text(["train", "ART"])
@@ -37,12 +38,12 @@ def is_text(words: Sequence[str]) -> bool:
 
 
 def print_stored(words: Sequence[str], prog: str, make: Callable[[], int]) -> int:
-    """The exit status of what prints a text; where that was kept, it is printed at once.
+    """Print a text, from the store if it has it, and return the exit status.
 
     Args:
-        words: that ask for it.
-        prog: the program's name.
-        make: prints it.
+        words: words of the command.
+        prog: name of the program.
+        make: function that prints the text and returns the exit status.
 
     Raises:
         SystemExit: of status 0 after `--help`.
@@ -75,7 +76,7 @@ def _on_screen() -> bool:
 
 
 def _package() -> str:
-    """All files of the package and of its robots, and when they were last changed."""
+    """Return the files of the package and of its robots with the times of their last changes."""
     folder = Path(tegotae.__file__).parent
     folders = folder, folder.with_name("tegotae_robots")
     kinds = "*.py", "*.toml", "*.json"
@@ -84,7 +85,7 @@ def _package() -> str:
 
 
 class _Copy:
-    """A stream that remembers what is written to it."""
+    """Stream that remembers the text that passes through it."""
 
     def __init__(self, stream: Any) -> None:
         self.stream, self.text = stream, []

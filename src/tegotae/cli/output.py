@@ -19,7 +19,6 @@ from tegotae.api.results import (
     Recording,
     ResultBase,
     check_new_file,
-    check_output,
 )
 from tegotae.cli.console import print_rows, print_text
 from tegotae.systems.zoo import is_zoo_name, stem
@@ -40,20 +39,20 @@ class OutputOptions:
     animate: Path | None = None
     """Write an animation (.gif, or .mp4, which needs ffmpeg)."""
 
-    def check(self, result_class: type[ResultBase], facts: InShell) -> None:
+    def check(self, result_class: type[ResultBase]) -> None:
         """Raise `TegotaeError` before long work for a file that cannot be written.
 
         Args:
             result_class: class of the result.
-            facts: facts about the function.
         """
-        check_output(self.csv, *NUMBERS)
         pictures = [self.plot]
+        if self.csv is not None:
+            check_new_file(self.csv, NUMBERS, replaces=True)
         if self.out is not None:
             if issubclass(result_class, Files):
-                check_new_file(self.out, facts.endings, replaces=facts.replaces)
+                check_new_file(self.out, result_class.ENDINGS, replaces=result_class.REPLACES)
             elif self.out.suffix in NUMBERS:
-                check_output(self.out, *NUMBERS)
+                check_new_file(self.out, NUMBERS, replaces=True)
             elif self.out.suffix and not self.out.is_dir():
                 pictures.append(self.out)
             else:
@@ -73,11 +72,11 @@ class OutputOptions:
         """Return the same, with the usual file of a command if no other output is named."""
         if facts.writes == "nothing" or self.json or self.csv or self.plot or self.out:
             return self
-        ending = ".png" if issubclass(result_class, Figure) else "".join(facts.endings[:1])
+        endings = (".png",) if issubclass(result_class, Figure) else result_class.ENDINGS
         kind = command.removeprefix("figure ").replace(" ", "-")
         stem = "-".join(filter(None, [kind, file_stem(name)]))
         return dataclasses.replace(
-            self, out=Path(stem + (ending if facts.writes == "file" else ""))
+            self, out=Path(stem + (endings[0] if facts.writes == "file" else ""))
         )
 
     def show(self, result: ResultBase) -> None:
@@ -131,8 +130,8 @@ def output_options(function: Callable[..., Any], facts: InShell) -> dict[str, Op
     if not issubclass(result_class, Recording):
         del options["animate"]
     contents = ""
-    if facts.endings:
-        contents = f"File of the result ({', '.join(facts.endings)})."
+    if endings := result_class.ENDINGS:
+        contents = f"File of the result ({', '.join(endings)})."
     elif facts.writes == "file":
         contents = "Picture (.png, .pdf, .svg), its numbers beside it; or a folder for all."
     elif issubclass(result_class, Files):

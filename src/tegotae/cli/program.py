@@ -1,7 +1,7 @@
-"""The commands of a program by name: where each is, and in a line what it does.
+"""The commands of a program by name: the place of each, and its summary.
 
-No command is imported before it is named, so that help is there at once: what a command does is
-read from its source.
+No command is imported before it is named, so that help is there at once: a summary is read from
+the source.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from operator import attrgetter
 from typing import Any, cast
 
 WIDTH = 80
-"""Of all help [columns]."""
+"""Width of all help [columns]."""
 _LONGEST = 12
-"""Of a name with its summary beside it, where no name is longer."""
+"""Letters of a name that leave room for its summary beside it."""
 SWITCHES: Mapping[str, str] = {
     "--parts FILE": "Load parts of your own, from files or modules, that controller files name.",
     "--quiet": "Print results, warnings and errors only (TEGOTAE_QUIET).",
@@ -29,20 +29,24 @@ SWITCHES: Mapping[str, str] = {
 
 
 class Command:
-    """A command: a question, or a dataclass of its options with a method `run`.
+    """Command: a function with a result, or a dataclass of options with a method `run`.
 
     Args:
         place: its module and name, such as `tegotae.api.plot:surface`.
         examples: lines that a user can type, for the end of its help.
+        subjects: words after the command for each kind of subject, by heading, whose options
+            differ; under "" where there is one kind.
     """
 
-    def __init__(self, place: str, *examples: str) -> None:
+    def __init__(
+        self, place: str, *examples: str, subjects: Mapping[str, str] | None = None
+    ) -> None:
         self.module, _, self.name = place.partition(":")
-        self.examples = examples
+        self.examples, self.subjects = examples, subjects or {}
 
     @property
     def summary(self) -> str:
-        """The first paragraph of its docstring, read without importing it."""
+        """First paragraph of the docstring, read without importing the function."""
         spec = find_spec(self.module)
         source = cast(Any, spec).loader.get_source(self.module)
         node: Any = ast.parse(source)
@@ -61,26 +65,26 @@ class CommandGroup:
     """Commands under a common name."""
 
     summary: str
-    """What they are for."""
+    """Purpose of the commands."""
     commands: Mapping[str, Command | CommandGroup]
-    """Each by its name."""
+    """Commands and groups by name."""
     sections: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    """Of a whole program: the names of its commands by purpose."""
+    """Names of the commands by purpose, of a whole program."""
 
     @property
     def examples(self) -> tuple[str, ...]:
-        """The first example of its first two commands; of a program those of the first one."""
+        """First examples of the first two commands; of a program those of the first one."""
         if self.sections:
             return self.commands[next(iter(self.sections.values()))[0]].examples
         return tuple(entry.examples[0] for entry in list(self.commands.values())[:2])
 
 
 def overview(group: CommandGroup, prog: str) -> str:
-    """The commands of a group; of a whole program by purpose, with the options of all of them.
+    """Return the list of the commands of a group; of a whole program by purpose.
 
     Args:
-        group: of commands.
-        prog: the words that name it, such as `tegotae figure`.
+        group: the commands.
+        prog: words that name it, such as `tegotae figure`.
     """
     longest = max(_LONGEST, *map(len, group.commands))
     parts = [f"usage: {prog} COMMAND [OPTIONS]\n", *textwrap.wrap(group.summary, WIDTH), ""]
@@ -98,12 +102,12 @@ def overview(group: CommandGroup, prog: str) -> str:
 
 
 def examples_text(examples: Sequence[str]) -> str:
-    """The lines about examples at the end of a help text."""
+    """Return the lines about examples at the end of a help text."""
     return "\n".join(["Examples:", *(f"  {example}" for example in examples)]) if examples else ""
 
 
 def _entry(name: str, summary: str, longest: int) -> str:
-    """A name, and its summary beside it."""
+    """Return a name, and its summary beside it."""
     indent = " " * (longest + 4)
     first = f"  {name}".ljust(len(indent))
     return textwrap.fill(summary, WIDTH, initial_indent=first, subsequent_indent=indent)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 from tegotae._support.errors import TegotaeError, unknown
@@ -104,38 +103,32 @@ def metavar(kind: Any) -> str:
 
 
 def _value(flag: str, kind: Any, words: Sequence[str]) -> Any:
-    """The words after an option as a value."""
-    if get_origin(kind) is tuple:
-        kinds = get_args(kind)
-        if kinds[-1] is Ellipsis:
-            return tuple(_one(flag, kinds[0], kind, word, words) for word in words)
-        if len(words) != len(kinds):
-            raise TegotaeError(
-                f"{flag} has {len(words)} values of {len(kinds)}; write {flag} {metavar(kind)}"
-            )
-        return tuple(_one(flag, x, kind, word, words) for x, word in zip(kinds, words, strict=True))
-    count = 0 if kind is bool else 1
-    if len(words) < count:
-        raise TegotaeError(f"{flag} has no value; write {flag} {metavar(kind)}")
-    if len(words) > count:
+    """Return the words after an option as a value."""
+    syntax = f"write {flag} {metavar(kind)}"
+    kinds = get_args(kind) if get_origin(kind) is tuple else () if kind is bool else (kind,)
+    if kinds[-1:] == (Ellipsis,):
+        kinds = kinds[:1] * len(words)
+    elif get_origin(kind) is tuple and len(words) != len(kinds):
+        raise TegotaeError(f"{flag} has {len(words)} values of {len(kinds)}; {syntax}")
+    if len(words) < len(kinds):
+        raise TegotaeError(f"{flag} has no value; {syntax}")
+    if len(words) > len(kinds):
+        unexpected = words[len(kinds)]
         raise TegotaeError(
-            f"{words[count]!r} after {flag} is unexpected; names come before the options"
+            f"{unexpected!r} after {flag} is unexpected; names come before the options"
         )
-    return _one(flag, kind, kind, words[0], words) if count else True
+    try:
+        values = tuple(_converted(x, word) for x, word in zip(kinds, words, strict=True))
+    except (KeyError, ValueError):
+        raise TegotaeError(f"{flag} is {' '.join(words)!r}; {syntax}") from None
+    return values if get_origin(kind) is tuple else values[0] if values else True
 
 
-def _one(flag: str, kind: Any, option_kind: Any, word: str, words: Sequence[str]) -> Any:
-    """A word as a value."""
+def _converted(kind: Any, word: str) -> Any:
+    """Return a word as a value; raise `KeyError` or `ValueError` for one that is none."""
     if get_origin(kind) is Literal:
-        choices = {str(choice): choice for choice in get_args(kind)}
-        if word in choices:
-            return choices[word]
-    else:
-        try:
-            return Path(word) if kind is Path else int(word, 10) if kind is int else kind(word)
-        except ValueError:
-            pass
-    raise TegotaeError(f"{flag} is {' '.join(words)!r}; write {flag} {metavar(option_kind)}")
+        return {str(choice): choice for choice in get_args(kind)}[word]
+    return int(word, 10) if kind is int else kind(word)
 
 
 def help_text(
@@ -161,7 +154,7 @@ def help_text(
 
 
 def _lines(option: Option) -> list[str]:
-    """The lines of help about an option."""
+    """Return the lines of help about an option."""
     first = f"  {flag_of(option)} {metavar(option.kind)}".rstrip()
     text = option.about + _default(option.value)
     indent = " " * _WIDE

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from tegotae._support.documents import Json
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import write_atomically
 from tegotae._support.part_code import code_of_file
-from tegotae.envs.env_spec import EnvSpec
-from tegotae.envs.wiring import Wiring, toml_of, wiring_document, wiring_of
-from tegotae.systems.env_documents import ROBOT_FORMAT, robot_document
+from tegotae.envs.env_spec import EnvSpec, settings_of
+from tegotae.envs.wiring import (
+    Wiring,
+    load_wiring,
+    packaged,
+    toml_of,
+    wiring_document,
+    wiring_of,
+)
+from tegotae.systems.env_documents import ROBOT_FORMAT, is_robot_file, robot_document
 
 
 def load_robot(
@@ -53,6 +61,59 @@ def load_robot(
         return spec.for_wiring(wiring), wiring
     except TegotaeError as error:
         raise TegotaeError(f"{path}: {error}") from None
+
+
+def environment_named(
+    env: str, settings: Iterable[str] = (), *, feet: Sequence[str] = ()
+) -> EnvSpec:
+    """Return the environment of a name, which may be a robot's file.
+
+    Args:
+        env: the name.
+        settings: further settings, NAME=VALUE; of a robot's file those that differ.
+        feet: bodies or geoms of a MuJoCo model that touch the ground, if they are named.
+
+    Raises:
+        TegotaeError: for a setting that is no NAME=VALUE, or a robot's file that is none.
+    """
+    feet_text = [f"feet={json.dumps([*feet])}"] if feet else []
+    overrides = settings_of([*feet_text, *settings])
+    if is_robot_file(env):
+        return load_robot(env, overrides)[0]
+    return EnvSpec(env=env, settings=tuple(overrides.items()))
+
+
+def wired_environment(
+    env: str, settings: Iterable[str] = (), *, wiring: str | None = None, scales: bool = False
+) -> tuple[EnvSpec, Wiring]:
+    """Return the environment of a name, and the wiring of its limbs.
+
+    Args:
+        env: the name.
+        settings: further settings, NAME=VALUE.
+        wiring: file of the wiring, if the environment does not come with one.
+        scales: True to take scales that the wiring lacks from the MuJoCo model.
+
+    Raises:
+        TegotaeError: if there is no wiring, or something of it cannot be used.
+    """
+    spec, has_wiring = environment_named(env, settings), is_robot_file(env)
+    if has_wiring and wiring is not None:
+        raise TegotaeError(f"{env} has a wiring; leave --wiring out, or name its model")
+    if wiring is None and not has_wiring and env not in packaged():
+        spec.make().close()  # a name with a slip lacks more than a wiring
+        first = f"; tegotae wiring suggest {env} writes a robot's file" if spec.is_model else ""
+        raise TegotaeError(
+            f"no wiring is given for {env}; write --wiring FILE.toml, which says what its limbs "
+            f"sense and drive{first}"
+        )
+    loaded = load_wiring(env if wiring is None else wiring)
+    spec = spec.for_wiring(loaded)
+    if scales:
+        environment = spec.make()
+        loaded = loaded.with_scales(environment)
+        environment.close()
+    return spec, loaded
 
 
 def save_robot(

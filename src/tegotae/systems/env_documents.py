@@ -51,6 +51,17 @@ def extras_of(env: str) -> dict[str, str]:
     return {"gymnasium": "gym"}
 
 
+def stem_of(env: str) -> str:
+    """Return the name of an environment as a part of a file's name.
+
+    Example:
+        >>> stem_of("my_leg.xml"), stem_of("robots:leg.xml"), stem_of("my_robot.py:make")
+        ('my_leg', 'leg', 'my_robot')
+    """
+    module, _, last = env.rpartition(":")
+    return Path(last if is_mujoco_model(env) else module or env).stem
+
+
 class LimbDocument(msgspec.Struct, forbid_unknown_fields=True):
     """A limb in a file; see `tegotae.envs.Limb`."""
 

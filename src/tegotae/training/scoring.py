@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
@@ -88,6 +89,45 @@ class VanillaSweep:
         """Return the indices of σ and ω with the highest fitness."""
         row, column = np.unravel_index(int(np.argmax(self.fitness)), self.fitness.shape)
         return int(row), int(column)
+
+    def table(self) -> pd.DataFrame:
+        """Return the results, a row a gain and frequency."""
+        sigma, omega = np.meshgrid(self.sigma, self.omega, indexing="ij")
+        columns = {"sigma_rad_per_s_n": sigma, "omega_rad_per_s": omega, "fitness": self.fitness}
+        columns |= {"cot_inverse_m_per_j": self.cot_inverse, "failed": self.failed.astype(int)}
+        return pd.DataFrame({name: values.ravel() for name, values in columns.items()})
+
+    def best_gains(self) -> pd.DataFrame:
+        """Return the best gain of each frequency, for people."""
+        best = np.argmax(self.fitness, axis=0)
+        columns = {
+            "ω [rad/s]": [f"{omega:g}" for omega in self.omega],
+            "best σ": [f"{sigma:.3g}" for sigma in self.sigma[best]],
+            "fitness": [f"{fitness:.4f}" for fitness in self.fitness.max(axis=0)],
+            "fitness at σ = 0": [f"{fitness:.4f}" for fitness in self.fitness[0]],
+            "failed": [f"{share:.0%}" for share in self.failed.mean(axis=0)],
+        }
+        return pd.DataFrame(columns).set_index("ω [rad/s]")
+
+    def advice(self) -> list[str]:
+        """Return remedies where feedback does not help."""
+        row, column = self.best
+        sentences = []
+        if np.isfinite(self.cot_inverse).any() and not np.nanmax(self.cot_inverse) > 0.0:
+            sentences.append(
+                "Nothing hops: CoT⁻¹ is 0 everywhere. Enlarge the pushes, release it higher "
+                "(--settings release_m=0.1), or use --fitness return."
+            )
+        if row == 0:
+            sentences.append(
+                "No gain is better than zero: feedback does not help the bare rhythm. Check rests "
+                "and pushes of the wiring first."
+            )
+        elif column in (0, len(self.omega) - 1) and len(self.omega) > 1:
+            sentences.append(
+                "The best ω is the last one tried: --frequencies beyond it may do better."
+            )
+        return sentences
 
 
 def sweep_vanilla(

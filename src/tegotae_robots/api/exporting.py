@@ -43,7 +43,7 @@ def _tick(controller: Any = "", **_: Any) -> Values:
     return {"tick_s": usual_tick_s(_saved(controller)) if controller else 0.001}
 
 
-@in_shell(defaults=_tick, names=NAMES, writes="folder", pictures=False, examples={"": "paper"})
+@in_shell(defaults=_tick, names=NAMES, writes="folder", pictures=False)
 def export_c(
     law: Exportable,
     *,
@@ -105,12 +105,15 @@ def export_c(
 class NativeCode(Files):
     """Controller as native code, in memory until it is saved; `raw` is the code."""
 
+    ENDINGS = (".native",)
+    REPLACES = True
+
     def live(self) -> LiveController:
         """Return the controller, to be stepped in this process."""
         return LiveController(self.raw)
 
 
-@in_shell(names=NAMES, writes="file", pictures=False, endings=(".native",), replaces=True)
+@in_shell(names=NAMES, writes="file", pictures=False)
 def export_native(law: Exportable, *, max_force_n: float | None = None) -> NativeCode:
     """Write a controller as native code for this kind of processor; it runs without JAX.
 
@@ -135,8 +138,6 @@ def export_native(law: Exportable, *, max_force_n: float | None = None) -> Nativ
     return NativeCode(
         raw=native,
         write=write,
-        endings=(".native",),
-        replaces=True,
         title=f"reads {senses}; commands {', '.join(native.commands)}",
         notes=['use it: tegotae_robots.live.LiveController.load("FILE")'],
         data={name: header[name] for name in header if name not in ("code", "start")},

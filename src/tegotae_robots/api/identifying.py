@@ -13,7 +13,7 @@ from tegotae._support.errors import require_finite
 from tegotae._support.files import write_atomically
 from tegotae.api.measuring import RECORDINGS, check_recording
 from tegotae.api.parameters import Values, in_shell
-from tegotae.api.results import Files, check_ending
+from tegotae.api.results import TomlFile, check_ending
 from tegotae.measures.recordings import read_recording
 from tegotae.parts.bodies import Hopper, Sensors
 from tegotae.systems.parts_by_name import body_text
@@ -46,10 +46,8 @@ def _out(file: Any = "", **_: Any) -> Values:
 
 @in_shell(
     defaults=_out,
-    endings=(".toml",),
     names=RECORDINGS,
     pictures=False,
-    examples={"": "log.csv"},
 )
 def identify(
     file: str | Path,
@@ -59,7 +57,7 @@ def identify(
     resample: float | None = None,
     gravity_m_per_s2: float = Hopper.gravity_m_per_s2,
     out: Path | str | None = None,
-) -> Files:
+) -> TomlFile:
     """Fit mass, stiffness, damping, rest length, delay and force limit of a hopper to its log.
 
     The last fifth of the hops is not fitted and checks the prediction. The body is a name for
@@ -84,7 +82,7 @@ def identify(
     """
     check_recording(file)
     if out is not None:
-        check_ending(out, (".toml",))
+        check_ending(out, TomlFile.ENDINGS)
     out = Path(_out(file)["out"] if out is None else out)
     require_finite("gravity_m_per_s2", gravity_m_per_s2, above=0.0, most=1e9)
     samples = read_recording(
@@ -125,10 +123,9 @@ def identify(
         write_atomically(path, body_text(body, reasons))
         return [path]
 
-    return Files(
+    return TomlFile(
         raw=fit,
         write=write,
-        endings=(".toml",),
         title=f"fitted to {fit.hops[0]} hops; {fit.hops[1]} others check the prediction",
         rows=numbers,
         views=[rows.set_index("number"), checked],

@@ -11,9 +11,9 @@ import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae.api.parameters import in_shell
-from tegotae.api.results import Files, check_ending
-from tegotae.api.wiring import ENVIRONMENTS, ModelOptions, stem_of
-from tegotae.systems.env_documents import extras_of, is_mujoco_model
+from tegotae.api.results import TomlFile, check_ending
+from tegotae.api.wiring import ENVIRONMENTS
+from tegotae.systems.env_documents import extras_of, is_mujoco_model, stem_of
 
 if TYPE_CHECKING:  # which needs Gymnasium
     from matplotlib import figure
@@ -34,21 +34,19 @@ def _entries(suggestion: Suggestion) -> pd.DataFrame:
             value = wiring.scales[entry]
         else:
             value = getattr(getattr(wiring, owner) if owner else wiring, entry)
-        rows.append((name, _said(value), reason))
+        rows.append((name, _cell_text(value), reason))
     return pd.DataFrame(rows, columns=["entry", "value", "reason"])
 
 
-def _said(value: Any) -> str:
+def _cell_text(value: Any) -> str:
     if isinstance(value, str):
         return value
-    return f"{value:.4g}" if isinstance(value, float) else ", ".join(map(_said, value))
+    return f"{value:.4g}" if isinstance(value, float) else ", ".join(map(_cell_text, value))
 
 
 @in_shell(
     defaults=lambda env="", **_: {"out": Path(f"{stem_of(env)}.toml")},
     names=ENVIRONMENTS,
-    endings=(".toml",),
-    examples={"": "my_leg.xml"},
 )
 def suggest_wiring(
     env: str,
@@ -56,7 +54,7 @@ def suggest_wiring(
     feet: Sequence[str] = (),
     settings: Sequence[str] = (),
     out: Path | str | None = None,
-) -> Files:
+) -> TomlFile:
     """Suggest a wiring for a MuJoCo model of your own: feet, limbs, pushes, scales, rest length.
 
     The file is a robot's: it has the model with its settings, too, and `LAW@FILE.toml` is a law on
@@ -79,7 +77,7 @@ def suggest_wiring(
         >>> suggest_wiring("my_leg.xml").save("my_leg.toml")  # doctest: +SKIP
     """
     require_all(extras_of(env))
-    from tegotae.envs.robot_file import save_robot
+    from tegotae.envs.robot_file import environment_named, save_robot
     from tegotae.envs.wiring import wiring_document
     from tegotae_robots.models.suggesting import suggest_wiring as suggested
     from tegotae_robots.models.suggesting_legs import suggest_legs
@@ -90,8 +88,8 @@ def suggest_wiring(
             "hand, and check it with tegotae.envs.check_wiring"
         )
     out = Path(f"{stem_of(env)}.toml" if out is None else out)
-    check_ending(out, (".toml",))
-    spec = ModelOptions(settings=tuple(settings)).spec(env, tuple(feet))
+    check_ending(out, TomlFile.ENDINGS)
+    spec = environment_named(env, settings, feet=feet)
     model = spec.model_settings
     suggestion = suggest_legs(model) if model.legs else suggested(model)
     robot = shlex.quote(str(out))
@@ -114,10 +112,9 @@ def suggest_wiring(
 
         return {} if suggestion.legs is None else {"workspace": workspace_figure(suggestion)}
 
-    return Files(
+    return TomlFile(
         raw=suggestion,
         write=write,
-        endings=(".toml",),
         draw=draw,
         rows=table,
         views=[table.set_index("entry")],

@@ -14,9 +14,9 @@ import pandas as pd
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae._support.files import write_atomically
 from tegotae.api.parameters import in_shell
-from tegotae.api.results import UNDEFINED, Files, check_ending
-from tegotae.api.wiring import ENVIRONMENTS, ModelOptions, stem_of
-from tegotae.systems.env_documents import extras_of, is_mujoco_model, is_robot_file
+from tegotae.api.results import UNDEFINED, TomlFile, check_ending
+from tegotae.api.wiring import ENVIRONMENTS
+from tegotae.systems.env_documents import extras_of, is_mujoco_model, is_robot_file, stem_of
 
 if TYPE_CHECKING:  # which needs MuJoCo
     from tegotae_robots.models.template import Template
@@ -60,7 +60,7 @@ def _check(template: Template) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["step response", "template", "robot", "error"])
 
 
-def _said(value: float | np.ndarray | tuple[float, ...]) -> str:
+def _cell_text(value: float | np.ndarray | tuple[float, ...]) -> str:
     numbers = [UNDEFINED if math.isnan(x) else f"{x:.4g}" for x in np.ravel(value)]
     return ", ".join(numbers)
 
@@ -68,9 +68,7 @@ def _said(value: float | np.ndarray | tuple[float, ...]) -> str:
 @in_shell(
     defaults=lambda env="", **_: {"out": Path(f"{stem_of(env)}.toml")},
     names=ENVIRONMENTS,
-    endings=(".toml",),
     pictures=False,
-    examples={"": "robot.xml"},
 )
 def fit_template(
     env: str,
@@ -78,7 +76,7 @@ def fit_template(
     feet: Sequence[str] = (),
     settings: Sequence[str] = (),
     out: Path | str | None = None,
-) -> Files:
+) -> TomlFile:
     """Fit a walker of this package to a legged robot, a MuJoCo model: its template.
 
     A law is trained on it in minutes: `tegotae train AR@robot.toml`. Every number has its reason
@@ -100,19 +98,22 @@ def fit_template(
         >>> fit_template("robot.xml").save("robot.toml")  # doctest: +SKIP
     """
     require_all(extras_of(env))
+    from tegotae.envs.robot_file import environment_named
     from tegotae_robots.models.template import fit_template as fitted
 
     if not is_mujoco_model(env) and not is_robot_file(env):
         raise TegotaeError(f"{env} is no MuJoCo model, FILE.xml, and no robot's file, FILE.toml")
     out = Path(f"{stem_of(env)}.toml" if out is None else out)
-    check_ending(out, (".toml",))
-    model = ModelOptions(settings=tuple(settings)).spec(env, tuple(feet)).model_settings
+    check_ending(out, TomlFile.ENDINGS)
+    model = environment_named(env, settings, feet=feet).model_settings
     template = fitted(replace(model, legs=False), stem_of(env))
     numbers, check = _numbers(template), _check(template)
-    columns = numbers.assign(template=numbers.template.map(_said), robot=numbers.robot.map(_said))
+    columns = numbers.assign(
+        template=numbers.template.map(_cell_text), robot=numbers.robot.map(_cell_text)
+    )
     checked = check.assign(
-        template=check.template.map(_said),
-        robot=check.robot.map(_said),
+        template=check.template.map(_cell_text),
+        robot=check.robot.map(_cell_text),
         error=[UNDEFINED if math.isnan(x) else f"{x:+.0%}" for x in check.error],
     )
 
@@ -120,10 +121,9 @@ def fit_template(
         write_atomically(file, template.text)
         return [file]
 
-    return Files(
+    return TomlFile(
         raw=template,
         write=write,
-        endings=(".toml",),
         title=template.about,
         rows=numbers,
         views=[columns.set_index("number"), checked.set_index("step response")],

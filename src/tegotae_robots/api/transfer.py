@@ -10,11 +10,11 @@ import pandas as pd
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae.api.controller import Changes
 from tegotae.api.parameters import Values, in_shell
-from tegotae.api.results import Files, check_ending
-from tegotae.api.wiring import EnvironmentOptions, environment_of, stem_of
+from tegotae.api.results import JsonFile, check_ending
+from tegotae.api.wiring import DEFAULT_ENVIRONMENT, EnvironmentOptions, environment_of
 from tegotae.parts.units import Units
 from tegotae.systems.controller_file import SavedController, save
-from tegotae.systems.env_documents import extras_of
+from tegotae.systems.env_documents import extras_of, stem_of
 from tegotae.systems.resolve import law_on_robot, resolve
 
 
@@ -37,22 +37,19 @@ def _out(law: Any = "", **_: Any) -> Values:
 
 @in_shell(
     defaults=_out,
-    values={"environment": EnvironmentOptions()},
     names="A name is one of a controller with weights: a file, a trained controller such as "
     "zoo:AR-rF+range@quadruped-c, a legged system such as quadruped-c or a template, FILE.toml. "
     "NAME@FILE.toml puts it on the robot of a file.",
     pictures=False,
-    endings=(".json",),
-    examples={"": "my_law.json"},
 )
 def transfer(
     law: str,
     *,
     env: str = "",
     duration_s: float = 8.0,
-    environment: EnvironmentOptions | Changes | None = None,
+    environment: EnvironmentOptions | Changes = DEFAULT_ENVIRONMENT,
     out: Path | str | None = None,
-) -> Files:
+) -> JsonFile:
     """Put a controller from elsewhere on the limbs of an environment, without training.
 
     With units in the wiring (`tegotae wiring suggest MODEL.xml --settings legs=true`) it is scaled
@@ -79,7 +76,7 @@ def transfer(
     if not env:
         raise TegotaeError("no robot is given; name its file, LAW@FILE.toml, or an --env")
     options, out = environment_of(environment), Path(_out(law)["out"] if out is None else out)
-    check_ending(out, (".json",))
+    check_ending(out, JsonFile.ENDINGS)
     require_all(extras_of(env))
     saved = resolve(law).controller()
     spec, wiring = options.wired(env)
@@ -91,10 +88,9 @@ def transfer(
         save(put, file)
         return [file]
 
-    return Files(
+    return JsonFile(
         raw=put,
         write=write,
-        endings=(".json",),
         title=f"{saved.name or law}, {put.controller.n_weights} weights, on {spec.env}",
         rows=table,
         views=[] if table.empty else [table.set_index("number")],

@@ -138,7 +138,10 @@ class SACSettings(AgentSettings):
 class PPOSettings(AgentSettings):
     """Proximal policy optimisation, through Stable-Baselines3.
 
-    `tegotae.training.settings.tuned("ppo")` has the settings of `tegotae train --algorithm ppo`.
+    The defaults are the settings from which the search began. `tegotae train --algorithm ppo` takes
+    those that it found, `tegotae.training.settings.tuned("ppo")`: they differ in `gamma`,
+    `learning_rate`, `noise`, `n_steps`, `gae_lambda`, `clip_range` and `ent_coef`. Of the other
+    algorithms the defaults are the tuned settings.
 
     Reference: J. Schulman et al., Proximal policy optimization algorithms, 2017.
     """
