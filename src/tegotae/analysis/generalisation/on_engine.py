@@ -223,7 +223,7 @@ class ControllersUnderTest(Tested):
                     ) from None
 
     def shares_kept(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
-        """See `Tested.kept`.
+        """See `Tested.shares_kept`.
 
         Every run is first tried as it is. What it does then says when a disturbance comes, and what
         there is to be kept.

@@ -202,7 +202,7 @@ class EnvironmentUnderTest(Tested):
                         )
 
     def shares_kept(self, disturbances: Sequence[Disturbance]) -> dict[str, np.ndarray]:
-        """See `Tested.kept`; every run, level and start is played at once."""
+        """See `Tested.shares_kept`; every run, level and start is played at once."""
         size, experiment = self.size, self.experiment
         weights = np.repeat(self.weights, self.starts, axis=0).astype(np.float32)
 
