@@ -11,7 +11,7 @@ import pytest
 
 import tegotae
 from tegotae import Hopper, System, TegotaeError, Timing
-from tegotae.analysis.generalisation.disturbances import CATALOGUE, disturbances_named
+from tegotae.analysis.generalisation.disturbances import CATALOGUE, disturbances_named, joined
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 from tegotae.analysis.generalisation.retention import GaitRetention, Walked
 from tegotae.analysis.generalisation.run import (
@@ -30,6 +30,7 @@ from tegotae.parts.bodies.base import Interface
 from tegotae.parts.channels import FOOT
 from tegotae.parts.fields import replace
 from tegotae.simulation.integrators import Hold
+from tegotae.simulation.schedules import SecondClock
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.recipe import recipe
@@ -124,6 +125,18 @@ def test_walkers_are_pushed_lose_legs_and_meet_slopes_and_keep_a_share_of_their_
     assert not by["slope"].any()
     assert by["rough"].all()
     assert set(columns["start"]) == {0, 1}
+
+
+def test_a_push_and_a_wind_of_one_direction_act_on_lanes_of_their_own():
+    tested, met = quadruped(), disturbances_named(["push-ahead=0.3", "wind-ahead=0.1"])
+    lanes = tested.disturbed(met, np.full(tested.size, 2.0))
+    change = joined(tested, met, lanes)["push_x_n"]
+    weight_n = tested.mass_kg * tested.nominal("gravity_m_per_s2")
+    for time_s, pushed, blown_n in ((1.0, False, 0.0), (2.01, True, None), (99.0, False, 0.1)):
+        push_n, wind_n = np.split(change.at(SecondClock(time_s), 0.0), 2)
+        assert (push_n > 0.0).all() == pushed
+        if blown_n is not None:
+            np.testing.assert_allclose(wind_n, blown_n * weight_n)
 
 
 # Who walks.

@@ -14,6 +14,7 @@ from tegotae.parts.bodies import Bar, Plate, Sensors, Walker
 from tegotae.parts.parameters import traceable
 from tegotae.simulation.draws import check_scenario
 from tegotae.simulation.schedules import (
+    Chain,
     Constant,
     Ramp,
     Schedule,
@@ -94,6 +95,7 @@ def test_a_ramp_leads_the_frequency_to_its_value_and_stays():
         Step(2.0, from_s=0.5, until_s=1.2),
         Ramp(2.0, from_s=0.5, until_s=1.5),
         Staircase(0.5, dwell_s=0.4, levels=4),
+        Chain((Step(2.0, from_s=0.5), Staircase(0.5, dwell_s=0.4, levels=4))),
     ],
 )
 def test_a_schedule_means_the_same_in_a_rollout_and_in_another_simulator(schedule):
@@ -144,6 +146,7 @@ def test_a_schedule_of_a_user_holds_in_a_rollout_and_is_checked_at_its_corners()
         ({"mass_kg": Staircase(0.1, 0.0)}, "the change of mass_kg, dwell_s, is 0; it must be at"),
         ({"mass_kg": Ramp(-0.1, 1.0, 2.0)}, "mass_kg is -0.1; it must be greater than 0"),
         ({"mass_kg": Ramp(0.1, 2.0, 1.0)}, "the change of mass_kg ends at 1.0 s and begins at 2.0"),
+        ({"mass_kg": Chain((Step(0.1), Staircase(-0.06, 1.0)))}, "mass_kg is -0.14; it must be"),
         ({"mass_kg": Step(0.1, 2.0, 1.0)}, "the change of mass_kg ends at 1.0 s and begins at 2.0"),
         ({"mass_kg": [[0.1], [0.2]]}, "the change of mass_kg has value of shape"),
         ({"omega": Step(np.nan)}, "the change of omega is nan"),

@@ -90,9 +90,9 @@ def _check_changes(body: Body, scenario: Scenario, timing: Timing) -> None:
                 "of it is a schedule, such as a Step"
             )
         nominal = None if name in _NO_FIELDS else number_of(body, name)
-        schedule = schedule_of(change)
-        schedule.check(name, timing.tick_s)
-        _check_shapes(name, schedule, nominal)
+        for schedule in schedule_of(change).parts:
+            schedule.check(name, timing.tick_s)
+            _check_shapes(name, schedule, nominal)
     fields = {name: change for name, change in changes.items() if name not in _NO_FIELDS}
     if fields:
         _check_bodies(body, fields, timing)
@@ -121,7 +121,8 @@ def _corners(schedules: Iterable[Schedule], duration_s: float) -> list[np.ndarra
 def _check_bodies(body: Body, fields: Mapping[str, LaneNumbers], timing: Timing) -> None:
     """Make every body that is met: for every lane, whenever something changes."""
     rows = {name: schedule_of(change).mapped(_row) for name, change in fields.items()}
-    shapes = [x.shape for schedule in rows.values() for x in schedule.entries.values()]
+    parts = [part for schedule in rows.values() for part in schedule.parts]
+    shapes = [x.shape for part in parts for x in part.entries.values()]
     lanes = max(shape[-1] for shape in shapes)
     if any(shape[-1] not in (1, lanes) for shape in shapes):
         raise TegotaeError(

@@ -159,6 +159,11 @@ class Schedule(ABC):
         return None
 
     @property
+    def parts(self) -> tuple[Schedule, ...]:
+        """Schedules that it is made of: itself, unless it is a `Chain`."""
+        return (self,)
+
+    @property
     def entries(self) -> dict[str, LaneNumbers]:
         """The numbers by name."""
         fields = dataclasses.fields(self)  # type: ignore[arg-type]
@@ -348,6 +353,46 @@ class Staircase(Schedule):
     def least(self, tick_s: float) -> Mapping[str, float]:
         """Return a control period for a dwell, and one level."""
         return {"dwell_s": tick_s, "levels": 1.0}
+
+
+@traceable
+@dataclass(frozen=True)
+class Chain(Schedule):
+    """Several schedules of one quantity; each changes the value that the one before it left.
+
+    Args:
+        schedules: the schedules, in this order.
+
+    Example:
+        >>> both = Chain((Step(2.0, from_s=1.0), Staircase(0.5, dwell_s=2.0)))
+        >>> [float(both.at(SecondClock(t), 1.0)) for t in (0.0, 1.0, 3.0)]
+        [1.0, 2.0, 2.5]
+    """
+
+    schedules: tuple[Schedule, ...]
+
+    def at(self, clock: Clock, nominal: LaneNumbers) -> Any:
+        """Return the value at a time."""
+        for schedule in self.schedules:
+            nominal = schedule.at(clock, nominal)
+        return nominal
+
+    def corners(self, duration_s: float) -> Sequence[LaneNumbers]:
+        """Return the corners of all schedules [s]."""
+        return [time for schedule in self.schedules for time in schedule.corners(duration_s)]
+
+    def neutral(self, nominal: LaneNumbers) -> Chain:
+        """Return the chain of neutral schedules."""
+        return Chain(tuple(schedule.neutral(nominal) for schedule in self.schedules))
+
+    @property
+    def parts(self) -> tuple[Schedule, ...]:
+        """The schedules."""
+        return tuple(part for schedule in self.schedules for part in schedule.parts)
+
+    def mapped(self, function: Callable[[LaneNumbers], LaneNumbers]) -> Chain:
+        """Return the chain with a function applied to each entry of each schedule."""
+        return Chain(tuple(schedule.mapped(function) for schedule in self.schedules))
 
 
 def _check_order(name: str, from_s: LaneNumbers, until_s: LaneNumbers) -> None:

@@ -18,7 +18,15 @@ from tegotae.measures.gaits.summary import has_mass, total_mass_kg
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import paths_of, value_of
-from tegotae.simulation.schedules import Ramp, Staircase, Step, is_scheduled
+from tegotae.simulation.schedules import (
+    Chain,
+    Constant,
+    Ramp,
+    Staircase,
+    Step,
+    is_scheduled,
+    schedule_of,
+)
 from tegotae.simulation.world import GROUND, OMEGA
 from tegotae.systems.controller_file import ControllerSet
 
@@ -332,17 +340,28 @@ def joined(
         encounters: the lanes.
         dtype: of the numbers.
     """
-    neutral: dict[str, LaneNumbers] = {}
+    neutral: dict[str, dict[type, LaneNumbers]] = {}
     for disturbance in disturbances:
         level = np.array([disturbance.neutral])
         for name, change in disturbance.changes(tested, level, np.full(1, np.inf)).items():
             usual = tested.usual(name)
-            neutral[name] = change.neutral(usual) if is_scheduled(change) else usual
+            unchanged = change.neutral(usual) if is_scheduled(change) else usual
+            neutral.setdefault(name, {})[_kind_of(change)] = unchanged
     together: dict[str, LaneNumbers] = {}
-    for name, unchanged in neutral.items():
-        parts = [of_lanes(x.changes.get(name, unchanged), x.lanes, dtype) for x in encounters]
-        together[name] = jax.tree.map(_concatenated, *parts)
+    for name, kinds in neutral.items():
+        chain = []
+        for kind in sorted(kinds, key=lambda kind: kind is not Constant):  # constants first
+            changes = [x.changes.get(name, kinds[kind]) for x in encounters]
+            of_kind = [x if _kind_of(x) is kind else kinds[kind] for x in changes]
+            lanes = [of_lanes(x, y.lanes, dtype) for x, y in zip(of_kind, encounters, strict=True)]
+            chain.append(jax.tree.map(_concatenated, *lanes))
+        together[name] = chain[0] if len(chain) == 1 else Chain(tuple(map(schedule_of, chain)))
     return together
+
+
+def _kind_of(change: LaneNumbers) -> type:
+    """Return the class of a schedule; numbers are a `Constant`."""
+    return type(schedule_of(change))
 
 
 def of_lanes(numbers: Any, lanes: int, dtype: str = "float32") -> Any:
