@@ -29,7 +29,7 @@ TRUTH = {
 def device(**numbers):
     """A leg of plain Python, which is no part of the package."""
     spec = importlib.util.spec_from_file_location(
-        "hidden_leg", ROOT / "research" / "studies" / "hidden_leg.py"
+        "hidden_leg", ROOT / "research" / "robots" / "hidden_leg.py"
     )
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
