@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import dataclasses
 import shutil
-import sys
 import tempfile
 from importlib.util import find_spec
 from pathlib import Path
@@ -22,7 +21,7 @@ import numpy as np
 import pandas as pd
 
 import tegotae as tg
-from research.frame import write_rows, write_text
+from research.frame import main, markdown_table, write_rows, write_text
 from tegotae.systems.controller_file import SavedController, load
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae_robots.api.benchmark import KEPT
@@ -143,19 +142,16 @@ def report() -> None:
     scores = pd.read_csv(KEPT)
     order = {(str(entry), track): k for k, (_, track, entry, _) in enumerate(PLAN)}
     assert set(zip(scores["entry"], scores["track"], strict=True)) <= set(order)
-    lines = ["| subject | entry | kind | track | score | stands |", "|---|---|---|---|---|---|"]
+    lines = [["subject", "entry", "kind", "track", "score", "stands"]]
     for subject in dict.fromkeys(subject for subject, *_ in PLAN):
         for x in (
             scores[scores["subject"] == subject].sort_values("score", ascending=False).itertuples()
         ):
             entry = str(x.entry).removeprefix(f"{ENTRIES}/")
-            lines.append(
-                f"| {subject} | `{entry}` | {x.kind} | {x.track} | {x.score:.3g} [{x.low:.3g}, "
-                f"{x.high:.3g}] | {x.stands:.0%} |"
-            )
-    write_text(OUT / "scores.md", "\n".join(lines) + "\n")
+            score = f"{x.score:.3g} [{x.low:.3g}, {x.high:.3g}]"
+            lines.append([subject, f"`{entry}`", x.kind, x.track, score, f"{x.stands:.0%}"])
+    write_text(OUT / "scores.md", markdown_table(lines))
 
 
 if __name__ == "__main__":
-    (command,) = sys.argv[1:] or ["run"]
-    {"entries": entries, "run": run, "report": report}[command]()
+    main(entries, run, report)

@@ -1,8 +1,8 @@
 """Find the bodies and readings in which vanilla controllers do what the paper says of them.
 
-    python -m research.calibration.run         # all of it; 20 min of CPU time
-    python -m research.calibration.run --show  # tables and figures of what is measured
-    python -m research.calibration.run --bodies 128 --fine 8 --folder results/calibration
+    python -m research.calibration.run measure  # all of it; 20 min of CPU time
+    python -m research.calibration.run show     # tables and figures of what is measured
+    python -m research.calibration.run measure --bodies 128 --fine 8 --folder results/calibration
 
 Written are, to research/calibration, `coarse.csv` and `fine.csv` with a row per reading, as it
 goes: stopped, the same command goes on. `named.csv` has the study's own reading and that of the
@@ -13,14 +13,13 @@ stand for the posterior. With all tables there the command takes a few seconds, 
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import math
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
+from research.frame import main, markdown_table
 from research.reproduction.calibration.measure import COARSE, CalibrationGrid, measure_reading
 from research.reproduction.calibration.posterior import (
     STRICTNESS,
@@ -50,7 +49,6 @@ from research.reproduction.figures.calibration import (
 from research.reproduction.readings.designs import cells_of
 from research.reproduction.readings.experiment import experiment_under
 from research.reproduction.readings.readings import AnalysisChoice, Reading
-from research.reproduction.report.markdown import markdown_table
 from tegotae._support import tables
 from tegotae._support.files import output_folder, write_atomically
 from tegotae.figures.style import save_figure
@@ -96,22 +94,20 @@ WORDS = {
 }
 
 
-def main(words: Sequence[str] | None = None) -> None:
-    """Measure what is missing, and write what follows from it."""
-    parser = argparse.ArgumentParser(description="Calibrate readings on V and Fig. 4.")
-    parser.add_argument("--bodies", type=int, default=2048, help="readings of the prior")
-    parser.add_argument("--fine", type=int, default=16, help="of these, the nearest, finely")
-    parser.add_argument("--show", action="store_true", help="measure nothing")
-    parser.add_argument("--folder", type=Path, default=FOLDER)
-    arguments = parser.parse_args(words)
-    folder = arguments.folder
+def measure(bodies: int = 2048, fine: int = 16, folder: Path = FOLDER) -> None:
+    """Measure the missing rows, and write the texts and figures.
+
+    Args:
+        bodies: number of readings of the prior.
+        fine: number of the nearest readings that are measured finely.
+        folder: of the tables.
+    """
     output_folder(folder)
-    if not arguments.show:
-        coarse = calibrate(folder / "coarse.csv", range(arguments.bodies), COARSE)
-        near = np.argsort(shortfalls(coarse, LEVELS.target), kind="stable")[: arguments.fine]
-        calibrate(folder / "fine.csv", near.tolist())
-        measure_named(folder / "named.csv")
-        measure_vanilla(folder)
+    coarse = calibrate(folder / "coarse.csv", range(bodies), COARSE)
+    near = np.argsort(shortfalls(coarse, LEVELS.target), kind="stable")[:fine]
+    calibrate(folder / "fine.csv", near.tolist())
+    measure_named(folder / "named.csv")
+    measure_vanilla(folder)
     show(folder)
     print(f"wrote tables and figures to {folder}")
 
@@ -332,4 +328,4 @@ def _quantile(values: np.ndarray, weights: np.ndarray, share: float) -> float:
 
 
 if __name__ == "__main__":
-    main()
+    main(measure, show)

@@ -1,7 +1,7 @@
 """Compare integrators and control periods: apex errors against an adaptive solver.
 
-    python -m research.convergence.run
-    python -m research.convergence.run learned
+    python -m research.convergence.run vanilla
+    python -m research.convergence.run laws
 
 writes `convergence.csv` (every case), `convergence_largest.csv` (the largest errors) and
 `convergence.png` beside it. It takes about two minutes, nearly all of it in the adaptive
@@ -28,6 +28,7 @@ from pathlib import Path
 import numpy as np
 
 import tegotae
+from research.frame import main
 from tegotae.measures.hopping.hopping import hop_height_m
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.oscillators import PhaseOscillator
@@ -349,13 +350,14 @@ def write_rows(rows: list[dict], path: Path) -> None:
     write_table([{**row, **{key: f"{row[key]:.4g}" for key in measured}} for row in rows], path)
 
 
-def main() -> None:
-    """Run the study, write its tables and figure."""
-    folder = Path(__file__).parent
-    if sys.argv[1:] == ["learned"]:
-        write_rows(study_of_learned(), folder / "convergence_learned.csv")
-        return
-    rows = study()
+def laws() -> None:
+    """Run the study of learned laws, and write its table."""
+    write_rows(study_of_learned(), Path(__file__).parent / "convergence_learned.csv")
+
+
+def vanilla_cases() -> None:
+    """Run the study of vanilla feedback, and write its tables and figure."""
+    folder, rows = Path(__file__).parent, study()
     write_rows(rows, folder / "convergence.csv")
     largest = summary(rows)
     write_table(largest, folder / "convergence_largest.csv")
@@ -366,4 +368,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(laws, vanilla=vanilla_cases)

@@ -10,21 +10,18 @@ found. Written to `docs/_static/study-calibrated` are `optimum.csv`, a row a hop
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import tyro
 from matplotlib.figure import Figure
 
-from research.frame import write_rows
+from research.frame import main, write_rows
 from research.reproduction.export import read_study_csv as read_study
 from research.reproduction.optimum import optimise
 from research.reproduction.readings.named import reading_named
 from research.reproduction.table import StudyTable
 from tegotae._support.tables import parse_numbers, read_csv
-from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.systems.recipe import recipe
 
@@ -115,4 +112,4 @@ def draw(
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(tyro.cli(CalibratedOptimum).run))
+    main(CalibratedOptimum)

@@ -10,15 +10,14 @@ simulated time.
 from __future__ import annotations
 
 import csv
-import sys
 from collections import deque
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import tyro
 
-from tegotae.cli.console import exit_status, print_rows
+from research.frame import main
+from tegotae.cli.console import print_rows
 from tegotae.measures.evaluation import evaluate
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.statistics import mean_defined
@@ -90,4 +89,4 @@ class EpisodeLength:
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(tyro.cli(EpisodeLength).run))
+    main(EpisodeLength)

@@ -17,7 +17,6 @@ of every curve, `figure3.md` the comparison at equal time, after 80 generations 
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -26,13 +25,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import tyro
 
+from research.frame import main, markdown_table
 from research.reproduction.hop_rates import nearer_resonance
 from tegotae._support.errors import require_finite, unknown
 from tegotae._support.files import output_folder
 from tegotae._support.tables import write_csv
-from tegotae.cli.console import exit_status
 from tegotae.figures.learning_curves import algorithms_figure
 from tegotae.figures.style import save_figure
 from tegotae.measures.evaluation import Protocol, evaluate
@@ -171,12 +169,10 @@ def gaits(out: Path) -> dict[str, list[Any]]:
 def text(curves: pd.DataFrame) -> str:
     """PGPE beside the agents: last and best policy, after some training, with 95 % intervals."""
     by = groups(curves)
-    cells = [
-        "| policy | algorithm | runs | simulated [s] | CoT⁻¹ of the last [m/J] | over SAC "
-        "| over PPO |",
-        "|" + "-|" * 7,
-    ]
-    best = [cells[0].replace("of the last", "of the best"), cells[1]]
+    labels, over = ("policy", "algorithm", "runs", "simulated [s]"), ("over SAC", "over PPO")
+    cells, best = (
+        [[*labels, f"CoT⁻¹ of the {policy} [m/J]", *over]] for policy in ("last", "best")
+    )
     for model, policy in MODELS.items():
         agents = {arm: by[model, arm] for arm in AGENTS if (model, arm) in by}
         equal = min((_end_s(run) for runs in agents.values() for run in runs), default=np.inf)
@@ -192,8 +188,8 @@ def text(curves: pd.DataFrame) -> str:
                     ]  # fmt: skip
                     cost = _words(interval(ours, within=HOPPING.range_of(COT)))
                     labels = (policy, arm.upper() if arm in AGENTS else arm, str(len(runs)), label)
-                    lines.append(f"| {' | '.join((*labels, cost, *over))} |")
-    return "\n".join([*cells, "", *best]) + "\n"
+                    lines.append([*labels, cost, *over])
+    return f"{markdown_table(cells)}\n{markdown_table(best)}"
 
 
 def _marks(arm: str, runs: Sequence[pd.DataFrame], equal: float) -> list[tuple[Any, str]]:
@@ -229,4 +225,4 @@ def _words(estimate: Interval) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(tyro.cli(Figure3).run))
+    main(Figure3)

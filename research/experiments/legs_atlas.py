@@ -13,23 +13,19 @@ Written to `docs/_static/atlas` are `legs.csv`, a row a run, and `legs.md`.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Hashable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import tyro
 
 import tegotae as tg
-from research.frame import write_rows, write_text
+from research.frame import main, markdown_table, write_rows, write_text
 from research.reproduction.learning.atlas import GOOD, NONE, feedback_kinds
 from research.reproduction.learning.curves import FITS, curve_numbers
-from research.reproduction.report.markdown import markdown_table as markdown
 from tegotae._support.documents import Document
 from tegotae.analysis.short_forms import SHARES, forms_of_legs
-from tegotae.cli.console import exit_status
 from tegotae.study import CellResult, Study
 from tegotae.systems.controller_file import load
 from tegotae.systems.resolve import resolve
@@ -152,11 +148,11 @@ def tables(records: pd.DataFrame) -> str:
             curves.append([names[name], str(len(group)), *shares])
     parts = [
         "Means over the runs:",
-        markdown(scores),
+        markdown_table(scores),
         f"Runs with R² of at least {GOOD:g} of a formula of A′(φ), and of G R(N):",
-        markdown(curves),
+        markdown_table(curves),
         "Runs of which each form is the shortest:",
-        markdown(forms_table(records)),
+        markdown_table(forms_table(records)),
     ]
     return "\n\n".join(part.strip() for part in parts) + "\n"
 
@@ -187,4 +183,4 @@ def forms_table(records: pd.DataFrame) -> list[list[str]]:
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(lambda: tyro.cli(LegsAtlas, description=__doc__).run()))
+    main(LegsAtlas)

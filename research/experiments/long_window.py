@@ -9,18 +9,14 @@ was kept with CoT⁻¹ of the same weights at the same frequency in the evaluati
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-import tyro
 
+from research.frame import Place, main
 from research.reproduction.folder import Folder
 from research.reproduction.record import Record
 from tegotae._support.errors import TegotaeError
-from tegotae.cli.console import exit_status
 
 _LEAST = 0.05
 """CoT⁻¹ below which a relative difference says nothing [m/J]."""
@@ -30,7 +26,7 @@ _LEAST = 0.05
 class LongWindow:
     """Compare, and print."""
 
-    study: Annotated[Path, tyro.conf.Positional]
+    study: Place
     """A study's folder."""
 
     def run(self) -> None:
@@ -65,4 +61,4 @@ def compared(record: Record) -> list[tuple[str, int, float, float]]:
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(tyro.cli(LongWindow).run))
+    main(LongWindow)

@@ -22,16 +22,14 @@ from __future__ import annotations
 import csv
 import dataclasses
 import math
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import tyro
 
+from research.frame import main
 from tegotae._support.files import output_folder
-from tegotae.cli.console import exit_status
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.measures.statistics import Interval, difference, interval
@@ -250,4 +248,4 @@ def print_summary(trainings: list[Trained]) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(tyro.cli(ParameterLimit).run))
+    main(ParameterLimit)

@@ -13,10 +13,7 @@ deviation of 0.2.
 
 from __future__ import annotations
 
-import csv
-import io
 import itertools
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,13 +21,13 @@ from pathlib import Path
 import jax
 import jax.numpy as jnp
 import numpy as np
-import tyro
+import pandas as pd
 from matplotlib.figure import Figure
 
+from research.frame import main, markdown_table, write_text
 from tegotae._support.errors import unknown
-from tegotae._support.files import output_folder, write_atomically
+from tegotae._support.files import output_folder
 from tegotae._support.tables import parse_numbers, read_csv
-from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.systems.recipe import recipe
 from tegotae.training.algorithms import CMAES, Algorithm, OpenES
@@ -108,11 +105,8 @@ class Plateau:
                 episodes, best = _best_of_two(*curves[first, model])
                 curves[RESTARTS, model] = episodes, best
                 rows += _rows(RESTARTS, model, episodes, best, best)
-        stream = io.StringIO()
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows(rows)
-        write_atomically(self.out / "plateau.csv", stream.getvalue())
+        table = pd.DataFrame(rows, columns=list(COLUMNS))
+        write_text(self.out / "plateau.csv", table.to_csv(index=False, lineterminator="\n"))
         self._tell()
 
     def _tell(self) -> None:
@@ -120,16 +114,15 @@ class Plateau:
         rows = read_csv(self.out / "plateau.csv", COLUMNS)
         save_figure(draw(rows), self.out / "plateau.png")
         models = list(dict.fromkeys(rows["model"]))
-        lines = ["| | " + " | ".join(f"{m}, 5120 | 15 360" for m in models) + " |"]
-        lines.append("|-" * (1 + 2 * len(models)) + "|")
+        lines = [["", *(title for m in models for title in (f"{m}, 5120", "15 360"))]]
         for name in dict.fromkeys(rows["setting"]):
             cells = []
             for model, budget in itertools.product(models, ("5120", "15360")):
                 mask = (rows["setting"] == name) & (rows["model"] == model)
                 best = np.maximum(parse_numbers(rows[budget][mask]), 0.0)
                 cells.append(f"{best.mean():.2f} ({best.min():.2f})")
-            lines.append(f"| {name} | " + " | ".join(cells) + " |")
-        write_atomically(self.out / "plateau.md", "\n".join(lines) + "\n")
+            lines.append([name, *cells])
+        write_text(self.out / "plateau.md", markdown_table(lines))
 
     def _train(self, model: str, stages: Stages) -> tuple[np.ndarray, np.ndarray]:
         """Episodes done after each generation, and the mean's fitness [generations, seeds]."""
@@ -226,4 +219,4 @@ def draw(table: Mapping[str, np.ndarray]) -> Figure:
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(tyro.cli(Plateau).run))
+    main(Plateau)

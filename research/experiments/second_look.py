@@ -22,16 +22,14 @@ Trainings that are done are not done again. Writes `second_look.png` and `second
 from __future__ import annotations
 
 import dataclasses
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
-import tyro
 
 from research.experiments.figure3 import EPISODE, MODELS, SETTLE_S
+from research.frame import main
 from tegotae._support.files import output_folder
-from tegotae.cli.console import exit_status
 from tegotae.figures.learning_curves import (
     algorithms_compared,
     algorithms_figure,
@@ -110,4 +108,4 @@ class SecondLook:
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(tyro.cli(SecondLook).run))
+    main(SecondLook)

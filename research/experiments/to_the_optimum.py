@@ -18,25 +18,20 @@ Written to `research/experiments/to_the_optimum` are `budget.csv`, `budget.md` a
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 import pandas as pd
-import tyro
 from matplotlib.figure import Figure
 
-from research.frame import write_rows, write_text
+from research.frame import Place, main, markdown_table, write_rows, write_text
 from research.reproduction.commands.optimum import first_stance
 from research.reproduction.figures.optimum import draw_optimum
 from research.reproduction.folder import Folder
 from research.reproduction.optimum import optimise
 from research.reproduction.record import Record
-from research.reproduction.report.markdown import markdown_table
 from tegotae.analysis.orbit import NoLimitCycleError, Orbit, find_orbit
-from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.optimum import curve
 from tegotae.parts.bodies import Hopper
@@ -52,7 +47,7 @@ _COLOURS = tuple(colour for colour in COLOURS if colour != "#000000")  # black i
 class ToTheOptimum:
     """Split the distance to the optimum into parts."""
 
-    study: Annotated[Path, tyro.conf.Positional]
+    study: Place
     """A study's folder."""
     out: Path = Path(__file__).parent / "to_the_optimum"
     """Folder of table and figure."""
@@ -165,4 +160,4 @@ def figure(budgets: pd.DataFrame, forces: dict[str, dict[str, np.ndarray]]) -> F
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(lambda: tyro.cli(ToTheOptimum, description=__doc__).run()))
+    main(ToTheOptimum)

@@ -8,20 +8,18 @@ writes `two_readings.md` and `two_readings.png` to `docs/_static/study-calibrate
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import tyro
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from research.frame import main, markdown_table
 from research.reproduction.export import read_study_csv
 from research.reproduction.readings.named import reading_named
 from research.reproduction.table import ARCHITECTURES, StudyTable
 from tegotae import Hopper
-from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.statistics import Interval, interval
 from tegotae.systems.recipe import recipe
@@ -129,10 +127,7 @@ def draw(readings: dict[str, dict[tuple[str, str, str], Interval]]) -> Figure:
 def text(readings: dict[str, dict[tuple[str, str, str], Interval]]) -> str:
     """The table of the page: efficiency, settling and transients of both, by architecture."""
     metrics = ("efficiency", "t0_s", "t1_s")
-    lines = [
-        "| | " + " | ".join(f"{METRICS[m]}, {r}" for m in metrics for r in readings) + " |",
-        "|-" * (1 + 2 * len(metrics)) + "|",
-    ]
+    lines = [["", *(f"{METRICS[m]}, {r}" for m in metrics for r in readings)]]
     for architecture, observation in PLACES:
         name = architecture + (r" on $F_k, \dot y$" if observation == "Fv" else "")
         cells = [
@@ -140,8 +135,8 @@ def text(readings: dict[str, dict[tuple[str, str, str], Interval]]) -> str:
             for metric in metrics
             for estimates in readings.values()
         ]
-        lines.append(f"| {name} | " + " | ".join(cells) + " |")
-    return "\n".join(lines) + "\n"
+        lines.append([name, *cells])
+    return markdown_table(lines)
 
 
 def _cell(estimate: Interval, digits: int) -> str:
@@ -166,4 +161,4 @@ class TwoReadings:
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(tyro.cli(TwoReadings).run))
+    main(TwoReadings)

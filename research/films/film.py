@@ -12,22 +12,19 @@ from __future__ import annotations
 
 import importlib.util
 import struct
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import matplotlib
-import tyro
 from matplotlib.artist import Artist
 from PIL import Image
 
 from research.films.scenes import BLACK, SCENES, Scene
+from research.frame import Place, main
 from tegotae._support.errors import TegotaeError, require_count, require_finite, unknown
 from tegotae._support.files import output_folder, write_atomically
 from tegotae._support.progress import note, reporting
-from tegotae.cli.console import exit_status
 from tegotae.figures.animation import GifWriter, animated
 from tegotae.figures.style import STYLE, new_figure
 
@@ -69,7 +66,7 @@ class WebpWriter(GifWriter):
 class Film:
     """Make the film and its scenes."""
 
-    folder: Annotated[Path, tyro.conf.Positional] = Path("film")
+    folder: Place = Path("film")
     """Folder of the scenes and the film."""
     scenes: tuple[str, ...] = tuple(SCENES)
     """Scenes, in their order."""
@@ -192,4 +189,4 @@ def joined(films: Sequence[bytes]) -> bytes:
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(lambda: tyro.cli(Film, description=__doc__).run()))
+    main(Film)

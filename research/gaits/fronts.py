@@ -2,19 +2,18 @@
 
     python -m research.gaits.fronts                               # all, in about half an hour
     python -m research.gaits.fronts quadruped-c --family vanilla  # one; other rows stay
-    python -m research.gaits.fronts --show                        # figures and tables alone
+    python -m research.gaits.fronts --show-only                        # figures and tables alone
 
 Interrupted work continues where it was (`--folder`). The tables are part of the package.
 """
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 import numpy as np
 
-from research.frame import write_rows, write_text
+from research.frame import Names, main, markdown_table, write_rows, write_text
 from tegotae.analysis.gaits.front import Search, search_front
 from tegotae.figures.gaits.maps import front_figure
 from tegotae.figures.style import save_figure, styled
@@ -34,26 +33,28 @@ TIED = Search(coarse=2048, rounds=4, varied=512, starts=2, unseen=8)
 """A forced gait has two numbers less, and its starts differ by the moment alone."""
 
 
-def main() -> None:
-    """Search the fronts, and write their tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("systems", nargs="*", default=SYSTEMS)
-    parser.add_argument("--family", nargs="*", default=())
-    parser.add_argument("--folder", type=Path, default=Path("fronts"))
-    parser.add_argument("--show", action="store_true", help="search nothing")
-    arguments = parser.parse_args()
-    if arguments.show:
-        for name in arguments.systems:
-            show(name)
-        return
-    for name in arguments.systems:
+def run(
+    systems: Names = SYSTEMS,
+    family: tuple[str, ...] = (),
+    folder: Path = Path("fronts"),
+    show_only: bool = False,
+) -> None:
+    """Search the fronts, and write their tables.
+
+    Args:
+        systems: names of the systems.
+        family: names of the families; all by default.
+        folder: of the searches.
+        show_only: write the figures and tables of the kept fronts.
+    """
+    for name in systems:
         legged = legged_named(name)
-        for family in front_families(legged).values():
-            if arguments.family and family.name not in arguments.family:
+        for searched in () if show_only else front_families(legged).values():
+            if family and searched.name not in family:
                 continue
             search = FREE if name == MAIN else LESS
-            search = TIED if family.name.startswith(FORCED) else search
-            rows = search_front(legged, family, search, arguments.folder / name)
+            search = TIED if searched.name.startswith(FORCED) else search
+            rows = search_front(legged, searched, search, folder / name)
             table = rows.to_dict("records")
             write_rows(TABLES / f"{name}.csv", table, digits=6, by=("family",))
         show(name)
@@ -71,17 +72,13 @@ def show(name: str) -> None:
 
 def markdown(name: str, families: list[str], speeds: tuple[float, ...]) -> str:
     """The costs of families at some speeds, in Markdown."""
-    lines = [
-        f"| speed | {' | '.join(f'{v:g}' for v in speeds)} |",
-        "|---" * (len(speeds) + 1) + "|",
-    ]
+    lines = [["speed", *(f"{v:g}" for v in speeds)]]
     for family in families:
         curve = front(name, family)
         costs = [curve.cost_at(v) if curve.reaches(v) else np.nan for v in speeds]
-        cells = [f"{cost:.2f}" if np.isfinite(cost) else "–" for cost in costs]
-        lines.append(f"| {family} | {' | '.join(cells)} |")
-    return "\n".join(lines) + "\n"
+        lines.append([family, *(f"{c:.2f}" if np.isfinite(c) else "–" for c in costs)])
+    return markdown_table(lines)
 
 
 if __name__ == "__main__":
-    main()
+    main(run)

@@ -1,5 +1,6 @@
 """Explain why quadruped G gallops and where, and test if a gallop is ever faster or cheaper.
 
+    python -m research.gaits.gallop everything
     python -m research.gaits.gallop modes   # which mode is light at which frequency; seconds
     python -m research.gaits.gallop map     # gaits over r and place of the mass; half a minute
     python -m research.gaits.gallop search  # gallops beside trots, bodies like G; two minutes
@@ -14,7 +15,6 @@ feet down, ω / √(Σ K_z x_i² / I_yy), with x_i the hips' distance from the c
 from __future__ import annotations
 
 import dataclasses
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
 
-from research.frame import write_rows
+from research.frame import main, write_rows
 from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
 from tegotae._support.tables import parse_numbers, read_csv
@@ -550,21 +550,11 @@ def _map(axes: Axes, table: dict[str, np.ndarray], axis: str) -> list[str]:
     return gaits
 
 
-def main() -> None:
-    """Do what is asked."""
-    steps = {
-        "modes": modes,
-        "map": mapped,
-        "search": search,
-        "best": best,
-        "figure": drawn_figure,
-        "film": film,
-    }
-    for step in sys.argv[1:] or steps:
-        if step not in steps:
-            sys.exit(f"{step} is none of {', '.join(steps)}")
-        steps[step]()
+def everything() -> None:
+    """Measure all tables, and draw the figure and the film."""
+    for step in (modes, mapped, search, best, drawn_figure, film):
+        step()
 
 
 if __name__ == "__main__":
-    main()
+    main(everything, modes, search, best, film, map=mapped, figure=drawn_figure)

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
+from research.frame import markdown_table
 from tegotae import Hopper, Rollout, Scenario, Timing
 from tegotae.analysis.orbit import Orbit, find_orbit
 from tegotae.analysis.phase_response import measure_phase_response
@@ -396,11 +397,8 @@ def _stacked(axis, bars: list[dict]) -> None:
 
 def table(rows: list[dict]) -> str:
     """Rows as a Markdown table."""
-    lines = [list(rows[0]), ["---"] * len(rows[0])]
-    lines += [
-        [f"{x:.3g}" if isinstance(x, float) else str(x) for x in row.values()] for row in rows
-    ]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+    lines = [[f"{x:.3g}" if isinstance(x, float) else x for x in row.values()] for row in rows]
+    return markdown_table([list(rows[0]), *lines])
 
 
 def columns(rows: list[dict]) -> dict[str, np.ndarray]:

@@ -18,7 +18,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from research.frame import write_rows, write_text
+from research.frame import markdown_table, write_rows, write_text
 from tegotae._support.tables import read_csv
 from tegotae.measures.gaits.names import gait_of
 from tegotae.parts.bodies import Walker
@@ -149,7 +149,7 @@ def table_text() -> str:
         *("system, ω [rad/s]", "gait", "CoT as reported", "each axis by itself"),
         *("positive work alone", "without load", "sliding", "largest load [m g]"),
     )
-    lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
+    lines = [[*titles]]
     for row in rows:
         cells = [f"{row['system']}, {row['omega']}", row["gait"]]
         cells += [
@@ -157,8 +157,8 @@ def table_text() -> str:
         ]
         cells += [f"{100.0 * float(row[n]):.0f} %" for n in ("unloaded", "slides")]
         cells.append(f"{float(row['largest_load']):.1f}")
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines) + "\n"
+        lines.append(cells)
+    return markdown_table(lines)
 
 
 if __name__ == "__main__":

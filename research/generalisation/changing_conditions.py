@@ -8,14 +8,13 @@ them beside the same models of a study, which were trained in always the same ep
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from research.frame import write_rows, write_text
+from research.frame import Place, main, markdown_table, with_interval, write_rows, write_text
 from research.generalisation.run import STUDIED
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 from tegotae.analysis.generalisation.run import (
@@ -58,21 +57,21 @@ SEEN = ("mass", "stiffness", "damping", "release", "step", "omega")
 """Disturbances of a kind that was met in training."""
 
 
-def main(words: Sequence[str] | None = None) -> None:
-    """Train, try, and write what docs/studies/generalisation.md shows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("study", type=Path)
-    parser.add_argument("--out", type=Path, required=True)
-    arguments = parser.parse_args(words)
-    disturbances = STUDIED
-    steady = {runs.name: runs for runs in read_runs(arguments.study)}
+def run(study: Place, out: Path) -> None:
+    """Train, disturb, and write the tables and figures of the page.
+
+    Args:
+        study: folder of the study.
+        out: folder of the trainings and results.
+    """
+    steady = {runs.name: runs for runs in read_runs(study)}
     pairs, controllers = [], []
     for name in MODELS:
         baseline = steady[name]
         baseline = dataclasses.replace(
             baseline, weights=baseline.weights[: len(SEEDS)], labels=baseline.labels[: len(SEEDS)]
         )
-        folder = arguments.out / "training" / name
+        folder = out / "training" / name
         train(run_of(varied(recipe(name).experiment())), folder)
         (retrained,) = read_runs(folder)
         pairs.append((baseline, retrained))
@@ -80,7 +79,7 @@ def main(words: Sequence[str] | None = None) -> None:
             ControllersUnderTest.from_runs(baseline),
             ControllersUnderTest.from_runs(retrained),
         ]
-    outcomes = generalise(controllers, disturbances, arguments.out / "trials")
+    outcomes = generalise(controllers, STUDIED, out / "trials")
     tables(outcomes, pairs)
 
 
@@ -141,7 +140,7 @@ def tables(results: Sequence[Done], pairs) -> None:
 def write_overall(results: Sequence[Done], pairs) -> None:
     """Write the mean share of levels at which a run still hops, and keeps its gait, over runs."""
     outcomes = {tested.name: outcome for tested, outcome in results}
-    lines = ["| model | trained | conditions | still hops | keeps its gait |", "|---" * 5 + "|"]
+    lines = []
     for steady, varied in pairs:
         for in_training in (True, False):
             for training, runs in zip(TRAINED, (steady, varied), strict=True):
@@ -150,10 +149,9 @@ def write_overall(results: Sequence[Done], pairs) -> None:
                     for measure in ("moves", "keeps")
                 ]
                 label = "seen" if in_training else "never seen"
-                lines.append(
-                    f"| {steady.name} | {TRAINED[training]} | {label} | {cells[0]} | {cells[1]} |"
-                )
-    write_text(KEPT / "overall.md", "\n".join(lines) + "\n")
+                lines.append([steady.name, TRAINED[training], label, *cells])
+    head = ("model", "trained", "conditions", "still hops", "keeps its gait")
+    write_text(KEPT / "overall.md", markdown_table([head, *lines]))
 
 
 def _over_levels(outcome: Retention, in_training: bool, measure: str) -> str:
@@ -163,9 +161,7 @@ def _over_levels(outcome: Retention, in_training: bool, measure: str) -> str:
     if measure == "keeps":
         table = table[table["condition"] != "noise"]  # under which no hop is like the last
     shares = table.groupby("run")[measure].mean()
-    estimate = interval(np.array(shares, float), within=(0.0, 1.0))
-    ends = "" if np.isnan(estimate.low) else f" [{estimate.low:.2f}, {estimate.high:.2f}]"
-    return f"{estimate.mean:.2f}{ends}"
+    return with_interval(shares, within=(0.0, 1.0))
 
 
 def _margins(model: str, training: str, result: Done):
@@ -197,13 +193,18 @@ def _margins(model: str, training: str, result: Done):
 
 def undisturbed_text(rows: Sequence[dict]) -> str:
     """Tabulate the results of each training on the usual body, in Markdown."""
-    lines = ["| model | trained | runs | on a limit cycle | CoT⁻¹ [m/J] |", "|---" * 5 + "|"]
-    lines += [
-        f"| {row['model']} | {TRAINED[row['trained']]} | {row['runs']} | "
-        f"{row['limit_cycle_share']:.2f} | {row['cot_inverse']:.3f}{_interval(row)} |"
+    lines = [
+        (
+            row["model"],
+            TRAINED[row["trained"]],
+            row["runs"],
+            f"{row['limit_cycle_share']:.2f}",
+            f"{row['cot_inverse']:.3f}{_interval(row)}",
+        )
         for row in rows
     ]
-    return "\n".join(lines) + "\n"
+    head = ("model", "trained", "runs", "on a limit cycle", "CoT⁻¹ [m/J]")
+    return markdown_table([head, *lines])
 
 
 def _interval(row: dict) -> str:
@@ -215,7 +216,7 @@ def varied_text(rows: Sequence[dict]) -> str:
     """Shares that keep their gait, over levels: trained so and trained so, in Markdown."""
     models = list(dict.fromkeys(row["model"] for row in rows))
     cells = {(r["condition"], r["side"], r["model"], r["trained"]): r for r in rows}
-    lines = [f"| condition | {' | '.join(models)} |", "|---" * (len(models) + 1) + "|"]
+    lines = []
     for disturbance in STUDIED:
         for side in ("below", "above"):
             pairs = [
@@ -226,8 +227,8 @@ def varied_text(rows: Sequence[dict]) -> str:
                 continue
             note = ", seen" if disturbance.name in SEEN else ""
             texts = (" → ".join(_share(row, disturbance.measure) for row in pair) for pair in pairs)
-            lines.append(f"| {disturbance.name} {side}{note} | {' | '.join(texts)} |")
-    return "\n".join(lines) + "\n"
+            lines.append([f"{disturbance.name} {side}{note}", *texts])
+    return markdown_table([["condition", *models], *lines])
 
 
 def _share(row: dict | None, measure: str) -> str:
@@ -235,4 +236,4 @@ def _share(row: dict | None, measure: str) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    main(run)

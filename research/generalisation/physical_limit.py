@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from research.frame import write_rows, write_text
+from research.frame import main, markdown_table, write_rows, write_text
 from research.reproduction.optimum import optimise, upper_bound
 from research.reproduction.optimum.problem import most_lift_off
 from tegotae._support.errors import TegotaeError
@@ -83,13 +83,13 @@ def text() -> str:
     rows = [dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)]
     titles = ["condition", "level"]
     titles += [f"found, bound at {omega:g} rad/s [m/J]" for omega in OMEGAS]
-    lines = [f"| {' | '.join([*titles, 'falls that it can stop [l0]'])} |", "|---" * 5 + "|"]
+    lines = []
     for name, level in dict.fromkeys((r["condition"], r["level"]) for r in rows):
         mine = [r for r in rows if (r["condition"], r["level"]) == (name, level)]
         cells = [f"{_text(r['cot_inverse'])}, {_text(r['upper_bound'])}" for r in mine]
         caught = f"{float(mine[0]['caught_l0']):.1f}"
-        lines.append(f"| {' | '.join([name, level, *cells, caught])} |")
-    return "\n".join(lines) + "\n"
+        lines.append([name, level, *cells, caught])
+    return markdown_table([[*titles, "falls that it can stop [l0]"], *lines])
 
 
 def _text(cell: str) -> str:
@@ -98,8 +98,8 @@ def _text(cell: str) -> str:
     return f"{float(cell):.2f}" if float(cell) < FREE else "∞"
 
 
-def main() -> None:
-    """Find, bound, write."""
+def run() -> None:
+    """Search the best gaits and the bounds, and write the tables."""
     rows = []
     for case in cases():
         rows.append(row(*case))
@@ -109,4 +109,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(run)

@@ -1,7 +1,7 @@
 """Measure the robustness of learned Tegotae: all models of a study under all disturbances.
 
-    python -m research.generalisation.run STUDY --out FOLDER
-    python -m research.generalisation.run --show    # what follows from the kept tables
+    python -m research.generalisation.run measure STUDY --out FOLDER
+    python -m research.generalisation.run show    # what follows from the kept tables
 
 tries all runs of a study's models, goes on where it was stopped, and writes the tables and figures
 of docs/studies/generalisation.md.
@@ -9,7 +9,6 @@ of docs/studies/generalisation.md.
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -20,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from research.frame import write_rows, write_text
+from research.frame import Place, main, markdown_table, write_rows, write_text
 from research.reproduction.plan import plan
 from tegotae._support.tables import read_csv
 from tegotae.analysis.generalisation.disturbances import CATALOGUE, Disturbance, Tested, Wind
@@ -55,25 +54,16 @@ DEPLOYED = "AR-rF-reflex-w8"
 """The model of docs/deploy/index.md."""
 
 
-def main(words: Sequence[str] | None = None) -> None:
-    """Try, and write what docs/studies/generalisation.md shows."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("study", type=Path, nargs="?")
-    parser.add_argument("--out", type=Path)
-    parser.add_argument("--show", action="store_true", help="try nothing")
-    parser.add_argument("--only", type=int, default=None, help="so many models at most")
-    arguments = parser.parse_args(words)
-    if arguments.show:
-        show()
-        return
-    if arguments.study is None or arguments.out is None:
-        parser.error("needs a study's folder and --out, or --show")
-    disturbances = STUDIED
-    controllers = ordered(
-        [ControllersUnderTest.from_runs(runs) for runs in read_runs(arguments.study)]
-    )[: arguments.only]
-    results = generalise(controllers, disturbances, arguments.out)
-    tables(results)
+def measure(study: Place, out: Path, only: int | None = None) -> None:
+    """Disturb the runs of a study, and write the tables and figures of the page.
+
+    Args:
+        study: folder of the study.
+        out: folder of the results.
+        only: largest number of models.
+    """
+    controllers = [ControllersUnderTest.from_runs(runs) for runs in read_runs(study)]
+    tables(generalise(ordered(controllers)[:only], STUDIED, out))
 
 
 def ordered(controllers: Sequence[ControllersUnderTest]) -> list[ControllersUnderTest]:
@@ -286,22 +276,22 @@ def _shares(members: Sequence[Done], condition: str, level: float) -> dict[str, 
 def deploy_text(outcome: Retention) -> str:
     """Tabulate the disturbances of one model for docs/deploy/index.md, in Markdown."""
     head = ("condition", "level", "still hop", "keep their limit cycle", "efficiency kept")
-    lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
+    lines = []
     for row in retention_curve(outcome).to_dict("records"):
         if row["condition"] in ("delay", "noise", "lag", "strength"):
             unit = f" {CATALOGUE[row['condition']].unit}".rstrip()
             # Under noise no hop is like the last.
             keeps = "–" if row["condition"] == "noise" else f"{row['keeps']:.2f}"
-            cells = (f"{row['level']:g}{unit}", f"{row['moves']:.2f}", keeps)
-            lines.append(f"| {row['condition']} | {' | '.join(cells)} | {row['efficiency']:.2f} |")
-    return "\n".join(lines) + "\n"
+            cells = (row["condition"], f"{row['level']:g}{unit}", f"{row['moves']:.2f}", keeps)
+            lines.append([*cells, f"{row['efficiency']:.2f}"])
+    return markdown_table([head, *lines])
 
 
 def pivoted(rows: Sequence[dict], text_of: Callable[[dict], str]) -> str:
     """A table in Markdown: a row a condition and side, a column an architecture."""
     names = [name for name in GROUPS if any(row["architecture"] == name for row in rows)]
     cells = {(row["condition"], row["side"], row["architecture"]): row for row in rows}
-    lines = [f"| condition | {' | '.join(names)} |", "|---" * (len(names) + 1) + "|"]
+    lines = []
     for disturbance in STUDIED:
         for side, below in (("below", True), ("above", False)):
             mine = [cells.get((disturbance.name, side, name)) for name in names]
@@ -310,8 +300,8 @@ def pivoted(rows: Sequence[dict], text_of: Callable[[dict], str]) -> str:
             levels = disturbance.side(below)
             arrow = f"{disturbance.neutral:g} → {levels[-1]:g}"
             texts = ("–" if row is None else text_of(row) for row in mine)
-            lines.append(f"| {disturbance.name} {arrow} | {' | '.join(texts)} |")
-    return "\n".join(lines) + "\n"
+            lines.append([f"{disturbance.name} {arrow}", *texts])
+    return markdown_table([["condition", *names], *lines])
 
 
 def _bracket(row: dict) -> str:
@@ -326,4 +316,4 @@ def _efficiency(row: dict) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    main(measure, show)

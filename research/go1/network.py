@@ -18,11 +18,11 @@ import numpy as np
 import torch
 from gymnasium.spaces import Box
 from stable_baselines3 import PPO
-from stable_baselines3.common.vec_env import VecEnv
 
 from research.frame import write_rows
 from research.go1.episodes import FEET, ROOT, Course
 from research.go1.plan import LAWS_FOLDER, OFF_COURSE, PHASES, TRAINED_S, TRAINED_SPEEDS, Phase
+from research.lane_env import LaneEnv
 from tegotae._support.files import output_folder
 
 LENGTH_M, TIME_S = 0.265, 0.1644
@@ -156,7 +156,7 @@ class Policy:
         return places
 
 
-class Feet(VecEnv):
+class Feet(LaneEnv):
     """Episodes of a phase of training, `LANES` under each of its conditions, to each side.
 
     Args:
@@ -200,16 +200,13 @@ class Feet(VecEnv):
         felt = np.concatenate([course.felt(self._read) for course in self.courses])
         return inputs_of(felt[:, self._read], self._phase, np.tile(self._omega, len(self.courses)))
 
-    def step_async(self, actions: np.ndarray) -> None:
-        self._actions = actions
-
     def step_wait(self):
         step_s, omega = self.courses[0].step_s, np.tile(self._omega, len(self.courses))
         stands, observations = np.zeros(self.num_envs, bool), []
         for k, course in enumerate(self.courses):
             lanes = slice(k * LANES, (k + 1) * LANES)
             stride_m = PACED.stride_at(self._omega)
-            places = places_of(self._actions[lanes], self._phase[lanes], stride_m)
+            places = places_of(self.actions[lanes], self._phase[lanes], stride_m)
             stands[lanes] = course.step(places, np.ones(LANES, bool))
             observations.append(np.nan_to_num(course.seen[:, self._entries]))
         speed, work, turns = np.concatenate(observations).T
@@ -240,18 +237,6 @@ class Feet(VecEnv):
     def close(self) -> None:
         for course in self.courses:
             course.close()
-
-    def env_is_wrapped(self, wrapper_class, indices=None):
-        return [False] * self.num_envs
-
-    def env_method(self, name, *args, indices=None, **kwargs):
-        raise NotImplementedError
-
-    def get_attr(self, name, indices=None):
-        return [getattr(self, name, None)] * self.num_envs
-
-    def set_attr(self, name, value, indices=None):
-        raise NotImplementedError
 
 
 def train_network(seed: int) -> None:

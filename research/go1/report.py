@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
-from research.frame import write_rows, write_text
+from research.frame import markdown_table, write_rows, write_text
 from research.go1.plan import (
     ADAPTED,
     BALANCED,
@@ -26,7 +26,6 @@ from research.go1.plan import (
     UNDISTURBED,
     Law,
 )
-from research.reproduction.report.markdown import markdown_table as markdown
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.statistics import share_interval
 
@@ -56,7 +55,7 @@ def checks_table(records: pd.DataFrame, checks: pd.DataFrame) -> str:
     selected = rows[rows.run == SELECTED].fell.mean()
     cells = [rows.fell.mean(), selected, *(falls[name] for name in CHECKS)]
     head = ["starts of the table, all runs", "selected run", *CHECKS]
-    return markdown([head, [f"{share:.1%}" for share in cells]])
+    return markdown_table([head, [f"{share:.1%}" for share in cells]])
 
 
 def behind(rows: pd.DataFrame) -> pd.Series:
@@ -94,7 +93,7 @@ def laws_table(records: pd.DataFrame) -> str:
         lines.append([f"{name} ({rows.run.nunique()})", *line_of(law, rows, speeds)])
         if name in (BALANCED, ADAPTED):
             lines.append(["· selected run", *line_of(law, rows[rows.run == SELECTED], speeds)])
-    return markdown(lines)
+    return markdown_table(lines)
 
 
 def astray(rows: pd.DataFrame) -> pd.Series:
@@ -120,7 +119,7 @@ def headings(records: pd.DataFrame) -> str:
                 f"{error[rows.condition == UNDISTURBED].median():.2f}",
             ]
         )
-    return markdown(lines)
+    return markdown_table(lines)
 
 
 def line_of(law: Law, rows: pd.DataFrame, speeds: np.ndarray) -> list[str]:

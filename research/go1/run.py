@@ -14,9 +14,9 @@ checks of the final law.
 from __future__ import annotations
 
 import dataclasses
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from typing import Annotated, Any, Literal
 
@@ -24,8 +24,9 @@ import numpy as np
 import pandas as pd
 import tyro
 
-from research.frame import write_rows
-from research.go1.episodes import Condition, DriverOf, by_law, evaluate
+from research.frame import Row, Table, main
+from research.go1 import episodes
+from research.go1.episodes import DriverOf, by_law
 from research.go1.network import PACED, MeasuredPace, Pace, Policy, train_network
 from research.go1.plan import (
     ADAPTED,
@@ -40,14 +41,14 @@ from research.go1.plan import (
     SECONDS,
     SPEEDS,
     STARTS,
+    Condition,
 )
 from research.go1.report import report
 from research.go1.train import adapt, pace_of, train_law, trained, untrained, wiring_of
-from tegotae.cli.console import exit_status
 from tegotae.envs.wiring import Wiring
 
-KEYS = ("law", "condition", "run")
-"""Columns that identify rows measured together."""
+ROWS = Table(FOLDER / "rows.csv", ("law", "condition", "run"))
+CHECKED = Table(FOLDER / "checks.csv", ("check", "law", "run"))
 TRAIN: dict[str, Callable[[int], None]] = {
     "clock-p": lambda seed: train_law("clock-p", seed),
     "open-loop": lambda seed: train_law("open-loop", seed),
@@ -94,7 +95,7 @@ def calibrated(run: Run) -> Run:
     tried = np.array(SPEEDS) if run.line else np.linspace(SPEEDS[0], SPEEDS[-1], 9)
     omega = np.repeat(run.pace.omega_at(tried), len(CALIBRATION))
     starts = list(CALIBRATION) * len(tried)
-    speed = evaluate(run.driver_of(len(omega)), omega, starts, Condition()).speed_m_per_s
+    speed = episodes.evaluate(run.driver_of(len(omega)), omega, starts, Condition()).speed_m_per_s
     sound = speed > 0.0
     if len(np.unique(omega[sound])) < 2:
         return run
@@ -114,13 +115,13 @@ def measured(
     identity: dict[str, Any],
     starts: tuple[int, ...] = STARTS,
     seconds: float = SECONDS,
-) -> list[dict[str, Any]]:
+) -> list[Row]:
     """A row a command and start, with the columns of its identity first."""
     cells = list(product(SPEEDS, starts))
     target, seeds = (np.array(column) for column in zip(*cells, strict=True))
     omegas = run.pace.omega_at(target)
     driver = run.driver_of(len(cells))
-    results = evaluate(driver, omegas, seeds.tolist(), condition, seconds)
+    results = episodes.evaluate(driver, omegas, seeds.tolist(), condition, seconds)
     return [
         {
             **identity,
@@ -133,67 +134,46 @@ def measured(
     ]
 
 
-def missing(file: str, keys: tuple[str, ...], cells: list[tuple]) -> list[tuple]:
-    """The cells that a kept table lacks."""
-    place = FOLDER / file
-    if not place.exists():
-        return cells
-    finished = set(map(tuple, pd.read_csv(place)[list(keys)].to_numpy()))
-    return [cell for cell in cells if cell not in finished]
+def train(
+    law: Annotated[Literal["clock-p", "open-loop", "wary", "ppo"], tyro.conf.Positional],
+    seed: int = 0,
+) -> None:
+    """Train a law, and keep it.
+
+    Args:
+        law: `clock-p`, the trot with balance reflexes; `open-loop`, without them; `wary`, step
+            adaptation added to the run of `clock-p`; `ppo`, a network.
+        seed: of the search and of its starts.
+    """
+    TRAIN[law](seed)
 
 
-@dataclass(frozen=True)
-class Train:
-    """Train a law."""
-
-    law: Annotated[Literal["clock-p", "open-loop", "wary", "ppo"], tyro.conf.Positional]
-    """`clock-p`, the trot with balance reflexes; `open-loop`, without them; `wary`, step adaptation
-    added to the run of `clock-p`; `ppo`, a network."""
-    seed: int = 0
-    """Seed of the search and of its starts."""
-
-    def run(self) -> None:
-        """Train, and keep the law."""
-        TRAIN[self.law](self.seed)
+def evaluate() -> None:
+    """Evaluate the laws under all conditions, and check the final one, where rows are missing."""
+    for name in LAWS:
+        for seed, run in runs_of(name).items():
+            cells = [(name, title, seed) for title in CONDITIONS]
+            ready = calibrated(run) if ROWS.missing(cells) else run
+            ROWS.measure(cells, partial(rows_of, ready))
+    runs = runs_of(ADAPTED)
+    cells = [(title, ADAPTED, seed) for title, check in CHECKS.items() for seed in check.runs]
+    CHECKED.measure(cells, lambda title, law, seed: check_rows(calibrated(runs[seed]), title, seed))
 
 
-@dataclass(frozen=True)
-class Evaluate:
-    """Evaluate the laws under all conditions, and check the final one."""
-
-    def run(self) -> None:
-        """Measure the missing rows."""
-        for name in LAWS:
-            for seed, run in runs_of(name).items():
-                cells = missing("rows.csv", KEYS, [(name, title, seed) for title in CONDITIONS])
-                ready = calibrated(run) if cells else run
-                for cell in cells:
-                    rows = measured(ready, CONDITIONS[cell[1]], dict(zip(KEYS, cell, strict=True)))
-                    write_rows(FOLDER / "rows.csv", rows, digits=4, by=KEYS)
-                    print(cell, flush=True)
-        runs = runs_of(ADAPTED)
-        cells = [(title, ADAPTED, seed) for title, check in CHECKS.items() for seed in check.runs]
-        for title, _, seed in missing("checks.csv", ("check", "law", "run"), cells):
-            check, ready, rows = CHECKS[title], calibrated(runs[seed]), []
-            for name in HARD:
-                identity = {"check": title, "law": ADAPTED, "condition": name, "run": seed}
-                condition = dataclasses.replace(CONDITIONS[name], finer=check.finer)
-                rows += measured(ready, condition, identity, check.starts, check.seconds)
-            write_rows(FOLDER / "checks.csv", rows, digits=4, by=("check", "law", "run"))
+def rows_of(run: Run, name: str, title: str, seed: int) -> list[Row]:
+    """Rows of a calibrated run under a condition."""
+    return measured(run, CONDITIONS[title], {"law": name, "condition": title, "run": seed})
 
 
-@dataclass(frozen=True)
-class Report:
-    """Make the tables and figures of the kept rows."""
-
-    def run(self) -> None:
-        """Write them."""
-        report()
+def check_rows(run: Run, title: str, seed: int) -> list[Row]:
+    """Rows of a calibrated run of the final law in a check."""
+    check, rows = CHECKS[title], []
+    for name in HARD:
+        identity = {"check": title, "law": ADAPTED, "condition": name, "run": seed}
+        condition = dataclasses.replace(CONDITIONS[name], finer=check.finer)
+        rows += measured(run, condition, identity, check.starts, check.seconds)
+    return rows
 
 
 if __name__ == "__main__":
-    commands = Annotated[Train, tyro.conf.subcommand("train")] | (
-        Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
-        | Annotated[Report, tyro.conf.subcommand("report")]
-    )
-    sys.exit(exit_status(lambda: tyro.cli(commands, description=__doc__).run()))
+    main(train, evaluate, report)

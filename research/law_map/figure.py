@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
-from research.frame import write_text
+from research.frame import markdown_table, write_text
 from research.law_map.laws import FORMS, TURN, height_of
 from tegotae._support.files import read_arrays
 from tegotae.figures.style import new_figure, save_figure, styled
@@ -73,52 +73,45 @@ def draw_all(folder: Path) -> None:
 def summary_text(summary: pd.DataFrame) -> str:
     """Tabulate the results of each form's laws, and the positions of the best two hundredth of
     them."""
+    head = ["body, ω", "R", "move; locked", "99 %", "best", "p / π", "shape", "rate / ω"]
     lines = [
-        "| body, ω | R | move; locked | 99 % | best | p / π | shape | rate / ω |",
-        "|---|---|---|---|---|---|---|---|",
+        [
+            f"{row.subject}, {row.omega:g}",
+            row.form,
+            f"{100.0 * row.moves:.1f} %; {100.0 * row.locked:.0f} %",
+            f"{row.merit_99:.2f}",
+            f"{row.merit_best_judged:.2f}",
+            f"{row.top_place_rad / np.pi:+.2f} ({row.top_place_agreement:.2f})",
+            f"{row.top_shape:.2f} [{row.top_shape_low:.2f}, {row.top_shape_high:.2f}]",
+            f"{row.top_lock:.2f}",
+        ]
+        for row in summary.itertuples()
     ]
-    for row in summary.itertuples():
-        lines.append(
-            f"| {row.subject}, {row.omega:g} | {row.form} "
-            f"| {100.0 * row.moves:.1f} %; {100.0 * row.locked:.0f} % "
-            f"| {row.merit_99:.2f} | {row.merit_best_judged:.2f} "
-            f"| {row.top_place_rad / np.pi:+.2f} ({row.top_place_agreement:.2f}) "
-            f"| {row.top_shape:.2f} [{row.top_shape_low:.2f}, {row.top_shape_high:.2f}] "
-            f"| {row.top_lock:.2f} |"
-        )
-    return "\n".join(lines) + "\n"
+    return markdown_table([head, *lines])
 
 
 def named_text(rows: pd.DataFrame) -> str:
     """Tegotae's law, and the trained ones beside it."""
-    lines = [
-        "| body | ω | law | runs | merit, best | median | five commands, best | median |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
+    merits = ("merit, best", "median", "five commands, best", "median")
+    lines = [["body", "ω", "law", "runs", *merits]]
     for (subject, omega, law), group in rows.groupby(["subject", "omega", "law"], sort=False):
         around = group.merit_around.dropna()
-        five = f"{around.max():.2f} | {around.median():.2f}" if len(around) else "– | –"
-        lines.append(
-            f"| {subject} | {omega:g} | {law} | {len(group)} | {group.merit.max():.2f} "
-            f"| {group.merit.median():.2f} | {five} |"
-        )
-    return "\n".join(lines) + "\n"
+        values = (group.merit.max(), group.merit.median(), around.max(), around.median())
+        cells = ("–" if np.isnan(value) else f"{value:.2f}" for value in values)
+        lines.append([subject, f"{omega:g}", law, f"{len(group)}", *cells])
+    return markdown_table(lines)
 
 
 def convergence_text(convergence: pd.DataFrame) -> str:
     """Shares that move, of half of the laws and all, and of some in longer episodes."""
-    lines = [
-        "| body, ω | R | half; all | maps of both | 1 × | 2 × | 4 × | same at 4 × |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
+    longer = ("1 ×", "2 ×", "4 ×", "same at 4 ×")
+    lines = [["body, ω", "R", "half; all", "maps of both", *longer]]
     for row in convergence.itertuples():
         shares = (row.moves_half, row.moves, row.moves_1, row.moves_2, row.moves_4, row.same_4)
         half, full, *correlations = (f"{100.0 * share:.1f} %" for share in shares)
-        lines.append(
-            f"| {row.subject}, {row.omega:g} | {row.form} | {half}; {full} "
-            f"| {row.map_correlation:.3f} | {' | '.join(correlations)} |"
-        )
-    return "\n".join(lines) + "\n"
+        name, maps = f"{row.subject}, {row.omega:g}", f"{row.map_correlation:.3f}"
+        lines.append([name, row.form, f"{half}; {full}", maps, *correlations])
+    return markdown_table(lines)
 
 
 def draw(maps: Arrays, laws: pd.DataFrame, width_in: float = WIDE_IN) -> Figure:

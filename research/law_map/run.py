@@ -28,16 +28,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tyro
 
 import tegotae as tg
-from research.frame import write_rows
+from research.frame import main, write_rows
 from research.law_map.figure import draw_all
 from research.law_map.laws import (
     DECAYS,
@@ -58,7 +56,6 @@ from research.law_map.laws import (
     measured,
 )
 from tegotae._support.files import read_arrays, write_arrays
-from tegotae.cli.console import exit_status
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.simulation.rollout import Timing
@@ -479,4 +476,4 @@ def correlation(x: np.ndarray, y: np.ndarray) -> float:
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(lambda: tyro.cli(LawMap, description=__doc__).run()))
+    main(LawMap)

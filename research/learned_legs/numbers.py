@@ -18,22 +18,18 @@ Written to `research/learned_legs` are `numbers.csv`, a row a law, number, value
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-import tyro
 from matplotlib.figure import Figure
 
-from research.frame import write_rows, write_text
+from research.frame import main, markdown_table, write_rows, write_text
 from research.learned_legs.evaluate import TEST_SEED, TIMING, USUAL, runs_of, selected
 from research.learned_legs.plan import CELLS, FOLDER, TABLES
-from research.reproduction.report.markdown import markdown_table as markdown
 from tegotae.analysis.gaits.releases import release_all
-from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.statistics import mean_defined
 from tegotae.parts.fields import replace
@@ -169,7 +165,7 @@ def table(records: Any) -> str:
             text = f"{baseline[number].iloc[0]:.2f}"
             without = f"{number} = {out['value'].iloc[0]:g}"
             lines.append([law, without, text, *_means(out), near])
-    return markdown(lines)
+    return markdown_table(lines)
 
 
 def _means(rows: Any) -> list[str]:
@@ -243,4 +239,4 @@ def figure(records: Any) -> Figure:
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(lambda: tyro.cli(LawNumbers, description=__doc__).run()))
+    main(LawNumbers)

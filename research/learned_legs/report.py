@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from research.frame import markdown_table
 from research.learned_legs.evaluate import CONDITIONS, selected
 from research.learned_legs.figures import draw_all
 from research.learned_legs.plan import CELLS, RANGE, TABLES, Cell, advance_m_per_rad, baseline_cost
@@ -56,8 +57,7 @@ def _numbers(column: Any) -> np.ndarray:
 
 def markdown(titles: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
     """A table."""
-    lines = ["| " + " | ".join(row) + " |" for row in (titles, ("---",) * len(titles), *rows)]
-    return "\n".join(lines) + "\n" if rows else ""
+    return markdown_table([titles, *rows]) if rows else ""
 
 
 SHARE, POSITIVE = (0.0, 1.0), (0.0, np.inf)

@@ -14,16 +14,12 @@ Controllers are kept in `runs/learned_legs`, a folder each; tables and figures g
 from __future__ import annotations
 
 import fnmatch
-import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
-import tyro
-
+from research.frame import main
 from research.learned_legs import evaluate as evaluation, report, zoo
 from research.learned_legs.plan import CELLS, FOLDER, Cell, is_trained
-from tegotae.cli.console import exit_status
 from tegotae.training.run import train
 
 
@@ -44,7 +40,7 @@ class Train:
 
 
 @dataclass(frozen=True)
-class EvaluateAll:
+class Evaluate:
     """Evaluate what has been trained: from random phases, at several frequencies."""
 
     only: str = "*"
@@ -56,7 +52,7 @@ class EvaluateAll:
 
 
 @dataclass(frozen=True)
-class WriteZoo:
+class Zoo:
     """Keep the laws that were trained for a range as a study of the zoo."""
 
     dir: Path = FOLDER
@@ -86,10 +82,4 @@ def trained(pattern: str, folder: Path) -> list[Cell]:
 
 
 if __name__ == "__main__":
-    command = tyro.cli(
-        Annotated[Train, tyro.conf.subcommand("train")]
-        | Annotated[EvaluateAll, tyro.conf.subcommand("evaluate")]
-        | Annotated[WriteZoo, tyro.conf.subcommand("zoo")]
-        | Annotated[Report, tyro.conf.subcommand("report")]
-    )
-    sys.exit(exit_status(command.run))
+    main(Train, Evaluate, Zoo, Report)

@@ -8,14 +8,13 @@ without a new release. The table and the figure go to `research/learned_legs`.
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.lines import Line2D
 
-from research.frame import write_rows
+from research.frame import Names, main, write_rows
 from research.learned_legs.figures import FAMILIES
 from tegotae._support.progress import reporting
 from tegotae._support.tables import parse_numbers, read_csv
@@ -111,12 +110,12 @@ def figure() -> None:
         save_figure(drawn, FOLDER / "transitions.png")
 
 
-def main() -> None:
-    """Sweep what is named, and draw; nothing named draws the kept table."""
-    if len(sys.argv) > 1:
-        write_rows(FOLDER / "transitions.csv", swept(sys.argv[1:]), digits=4)
+def run(names: Names = ()) -> None:
+    """Sweep named controllers, and draw; without a name, draw the kept table."""
+    if names:
+        write_rows(FOLDER / "transitions.csv", swept(names), digits=4)
     figure()
 
 
 if __name__ == "__main__":
-    main()
+    main(run)

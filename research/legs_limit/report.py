@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from research.frame import write_rows, write_text
+from research.frame import markdown_table, write_rows, write_text
 from research.legs_limit.gaits import Space
 from research.legs_limit.known import FEET, KEPT, bound, limit_table
 from research.legs_limit.search import GAITS, kept_gaits, losses
@@ -262,11 +262,11 @@ def of_stages(fine: dict[str, list[Gait]]) -> list[dict[str, Any]]:
 
 def markdown(rows: list[dict[str, Any]]) -> str:
     """The limits as a table."""
-    free = [
-        "| speed, free feet | CoT | ω | gait | duty | flight | proved bound |",
-        "|---" * 7 + "|",
-    ]
-    tied = ["| speed, C's ellipse | CoT | ω | gait | duty |", "|---" * 5 + "|"]
+    head = ["CoT", "ω", "gait", "duty"]
+    free, tied = (
+        [["speed, free feet", *head, "flight", "proved bound"]],
+        [["speed, C's ellipse", *head]],
+    )
     for r in rows:
         cells = [
             f"{r['speed']:.2f}",
@@ -278,10 +278,10 @@ def markdown(rows: list[dict[str, Any]]) -> str:
         if r["feet"] == "free":
             lower = float(bound(Walker(), r["speed"], r["longest_stance"]))
             cells += [f"{100.0 * r['flight']:.0f} %", f"{lower:.3f}"]
-            free.append(f"| {' | '.join(cells)} |")
+            free.append(cells)
         elif r["omega"] > 0.0:  # those of controllers are rows of their own
-            tied.append(f"| {' | '.join(cells)} |")
-    return "\n".join([*free, "", *tied]) + "\n"
+            tied.append(cells)
+    return f"{markdown_table(free)}\n{markdown_table(tied)}"
 
 
 def stages_markdown(tables: Path) -> str:
@@ -298,13 +298,12 @@ def stages_markdown(tables: Path) -> str:
         stages = [n for n in names if n.startswith(feet) and n.endswith("-f") == further]
         if not stages:
             continue
-        lines = [f"| speed | {' | '.join(f'`{name}`' for name in stages)} |"]
-        lines.append("|---" * (len(stages) + 1) + "|")
+        lines = [["speed", *(f"`{name}`" for name in stages)]]
         for v in speeds:
             if any((name, v) in cells for name in stages):
                 costs = [f"{cells[name, v]:.3f}" if (name, v) in cells else "–" for name in stages]
-                lines.append(f"| {v:g} | {' | '.join(costs)} |")
-        rows.append("\n".join(lines) + "\n")
+                lines.append([f"{v:g}", *costs])
+        rows.append(markdown_table(lines))
     return "\n".join(rows)
 
 

@@ -18,21 +18,18 @@ A small search of all stages, written elsewhere:
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-import tyro
 
+from research.frame import main
 from research.legs_limit import report as legs_limit_report, strategies
 from research.legs_limit.gaits import Space
 from research.legs_limit.search import POPULATION, kept_gaits, losses
 from research.legs_limit.strategies import Found
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder
-from tegotae.cli.console import exit_status
 
 FOLDER = Path("runs/legs_limit")
 SPEEDS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.3, 1.6, 2.0)
@@ -228,9 +225,4 @@ class Report:
 
 
 if __name__ == "__main__":
-    command = tyro.cli(
-        Annotated[Search, tyro.conf.subcommand("search")]
-        | Annotated[Further, tyro.conf.subcommand("further")]
-        | Annotated[Report, tyro.conf.subcommand("report")]
-    )
-    sys.exit(exit_status(command.run))
+    main(Search, Further, Report)

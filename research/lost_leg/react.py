@@ -10,15 +10,13 @@ in `research/lost_leg`.
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import tyro
 
-from research.frame import write_rows, write_text
+from research.frame import main, markdown_table, write_rows, write_text
 from research.legs_limit import strategies
 from research.lost_leg.film import draw_courses, draw_frames, loses, write_film
 from research.lost_leg.laws import UNSEEN, Law, loss_of, scores
@@ -27,7 +25,6 @@ from research.reproduction.zoo import ZooEntry, write_archive
 from tegotae._support.engines import NATIVE
 from tegotae._support.files import output_folder
 from tegotae._support.tables import read_csv
-from tegotae.cli.console import exit_status
 from tegotae.figures.style import save_figure, styled
 from tegotae.parts.bodies import Walker
 from tegotae.parts.terms import EllipticFoot
@@ -222,7 +219,7 @@ def markdown(table: dict[str, np.ndarray]) -> str:
     """A row a law and leg, of the run that the selection prefers."""
     titles = ("law", "leg lost", "feet ahead before, after", "margin of feet before, after",
               "walks on", "other runs", "speed before, after", "CoT before, after")  # fmt: skip
-    lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
+    lines = [titles]
     rows = [
         dict(zip(table, map(str, cells), strict=True))
         for cells in zip(*table.values(), strict=True)
@@ -239,8 +236,8 @@ def markdown(table: dict[str, np.ndarray]) -> str:
             feet, margin, speed, cost = (f"{_number(row[a])}, {_number(row[b])}" for a, b in pairs)
             walks = f"{row['walks_on']} of {row['stood']}"
             cells = (name, row["leg"], feet, margin, walks, ", ".join(shares), speed, cost)
-            lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines) + "\n"
+            lines.append(cells)
+    return markdown_table(lines)
 
 
 def _number(value: str) -> str:
@@ -309,9 +306,4 @@ def entry(plan: Plan, folder: Path) -> ZooEntry:
 
 
 if __name__ == "__main__":
-    command = tyro.cli(
-        Annotated[Search, tyro.conf.subcommand("search")]
-        | Annotated[Zoo, tyro.conf.subcommand("zoo")]
-        | Annotated[Report, tyro.conf.subcommand("report")]
-    )
-    sys.exit(exit_status(command.run))
+    main(Search, Zoo, Report)

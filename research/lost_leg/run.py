@@ -13,18 +13,15 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-import tyro
 
-from research.frame import write_rows, write_text
+from research.frame import main, markdown_table, write_rows, write_text
 from tegotae._support.tables import read_csv
-from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.gaits.lags import support_margin_m
 from tegotae.measures.objectives.walking import Walking
@@ -279,7 +276,7 @@ def markdown(table: dict[str, np.ndarray]) -> str:
     """A row a leg."""
     titles = ("walker", "leg lost", "margin of hips", "of feet", "stay up, walk on",
               "speed before, after", "CoT after", "falls after")  # fmt: skip
-    lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
+    lines = [titles]
     for cells in zip(*table.values(), strict=True):
         row = dict(zip(table, (str(c) for c in cells), strict=True))
 
@@ -292,8 +289,8 @@ def markdown(table: dict[str, np.ndarray]) -> str:
                f"{row['stays_up']}, {row['walks_on']} of {stood}",
                f"{number('speed_before')}, {number('speed')}",
                number("cost_of_transport"), number("falls_after", 1))  # fmt: skip
-        lines.append(f"| {' | '.join(row_cells)} |")
-    return "\n".join(lines) + "\n"
+        lines.append(row_cells)
+    return markdown_table(lines)
 
 
 def draw(tables: list[dict[str, np.ndarray]]) -> Any:
@@ -324,9 +321,4 @@ def draw(tables: list[dict[str, np.ndarray]]) -> Any:
 
 
 if __name__ == "__main__":
-    command = tyro.cli(
-        Annotated[Bodies, tyro.conf.subcommand("bodies")]
-        | Annotated[Train, tyro.conf.subcommand("train")]
-        | Annotated[Report, tyro.conf.subcommand("report")]
-    )
-    sys.exit(exit_status(command.run))
+    main(Bodies, Train, Report)

@@ -1,6 +1,6 @@
 """PGPE, SAC and PPO on the MuJoCo hopper: the same limb, observations and simulated time.
 
-    python -m research.mujoco.learning learn WORK [MODEL]   # hours of a core; it can go on
+    python -m research.mujoco.learning learn WORK           # hours of a core; it can go on
     python -m research.mujoco.learning tables WORK          # robustness, tables, picture
 
 Writes `curves.csv`, `robustness.csv`, `learned.md`, `apart.md`, `robust.md` and `curves.png` to
@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import sys
 import time
 from collections.abc import Iterator
 from itertools import combinations, product
@@ -22,15 +21,14 @@ import numpy as np
 import pandas as pd
 import torch
 from gymnasium.spaces import Box
-from stable_baselines3.common.vec_env import VecEnv
 
-from research.frame import write_rows, write_text
+from research.frame import Place, main, markdown_table, with_interval, write_rows, write_text
+from research.lane_env import LaneEnv
 from tegotae.envs import load_wiring
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.wrapper import Pilot
 from tegotae.figures.style import COLOURS, COLUMN_IN, new_figure, save_figure, styled
-from tegotae.measures.statistics import interval
 from tegotae.parts.controller import Controller
 from tegotae.systems.recipe import recipe
 from tegotae.training.agents import agent_controller
@@ -81,7 +79,7 @@ def experiment(model: str) -> EnvExperiment:
     )
 
 
-class Feedbacks(VecEnv):
+class Feedbacks(LaneEnv):
     """Hoppers side by side whose action is the feedback, paid at apexes as the paper has it."""
 
     def __init__(self, task: EnvExperiment, lanes: int) -> None:
@@ -109,14 +107,11 @@ class Feedbacks(VecEnv):
         self.sums, self.hops = np.zeros(self.num_envs), np.zeros(self.num_envs)
         return self._inputs()
 
-    def step_async(self, actions: np.ndarray) -> None:
-        self.actions = np.clip(np.asarray(actions), -1.0, 1.0)
-
     def step_wait(self):
-        rewards = np.zeros(self.num_envs)
+        rewards, feedback = np.zeros(self.num_envs), np.clip(self.actions, -1.0, 1.0)
         for _ in range(DECISION):
             climbs = self.seen[:, self.at["root_climb"]] > 0.0
-            acted = self.pilot.act(self.seen, added=LIMIT * self.actions.T.astype(np.float32))
+            acted = self.pilot.act(self.seen, added=LIMIT * feedback.T.astype(np.float32))
             self.seen, _, _ = self.hoppers.step(acted, np.ones(self.num_envs, bool))
             height, work = self.seen[:, self.at["root_height"]], self.seen[:, self.at["work"]]
             apex = climbs & (self.seen[:, self.at["root_climb"]] <= 0.0) & (height > 1.01)
@@ -142,18 +137,6 @@ class Feedbacks(VecEnv):
 
     def close(self) -> None:
         self.hoppers.close()
-
-    def env_is_wrapped(self, wrapper_class, indices=None):
-        return [False] * self.num_envs
-
-    def env_method(self, name, *args, indices=None, **kwargs):
-        raise NotImplementedError
-
-    def get_attr(self, name, indices=None):
-        return [getattr(self, name, None)] * self.num_envs
-
-    def set_attr(self, name, value, indices=None):
-        raise NotImplementedError
 
 
 Point = tuple[float, float, np.ndarray]
@@ -207,10 +190,15 @@ def judged(model: str, weights: np.ndarray) -> float:
     return float(evaluator.evaluate(weights[None, None], Generation.alike()).cot_inverse[0, 0])
 
 
-def learn(work: Path, *models: str) -> None:
-    """The trainings that are not done yet, of all models or of some."""
+def learn(work: Place, models: tuple[str, ...] = MODELS) -> None:
+    """Train the missing policies.
+
+    Args:
+        work: folder of the trainings.
+        models: names of the policies.
+    """
     work.mkdir(parents=True, exist_ok=True)
-    for seed, model, algorithm in product(SEEDS, models or MODELS, ALGORITHMS):
+    for seed, model, algorithm in product(SEEDS, models, ALGORITHMS):
         file = work / f"{model}-{algorithm}-{seed}.npz"
         if file.exists():
             continue
@@ -283,7 +271,7 @@ def robustness(model: str, weights: np.ndarray) -> dict[str, np.ndarray]:
     return results
 
 
-def tables(work: Path) -> None:
+def tables(work: Place) -> None:
     """Curves, what is kept, and the picture."""
     curves: list[dict[str, Any]] = []
     robust: list[dict[str, Any]] = []
@@ -318,8 +306,7 @@ def report() -> None:
 
 def formatted(values: pd.Series) -> str:
     """A mean with its interval."""
-    estimate = interval(values.to_numpy(), within=(0.0, math.inf))
-    return f"{estimate.mean:.2f} ({estimate.low:.2f} … {estimate.high:.2f})"
+    return with_interval(values, within=(0.0, math.inf))
 
 
 def best_by(curves: pd.DataFrame, time_s: float = math.inf) -> pd.Series:
@@ -333,30 +320,26 @@ def learned_text(curves: pd.DataFrame) -> str:
     at the end."""
     parts = {f"by {share * TIME_S:.0f} s": best_by(curves, share * TIME_S) for share in SHARES}
     parts["at the end"] = curves.sort_values("simulated_s").groupby(KEY)["cot_inverse"].last()
-    lines = [f"| policy | by | runs | {' | '.join(parts)} |", "|---" * (3 + len(parts)) + "|"]
+    lines = [["policy", "by", "runs", *parts]]
     for model, algorithm in product(MODELS, ALGORITHMS):
         if (model, algorithm) not in parts["at the end"].index:
             continue
         cells = [series[model, algorithm] for series in parts.values()]
-        means = " | ".join(formatted(series) for series in cells)
-        lines.append(f"| {model} | {algorithm.upper()} | {len(cells[0])} | {means} |")
-    return "\n".join(lines) + "\n"
+        lines.append([model, algorithm.upper(), f"{len(cells[0])}", *map(formatted, cells)])
+    return markdown_table(lines)
 
 
 def apart_text(curves: pd.DataFrame) -> str:
     """The differences between algorithms, seed by seed."""
-    lines = ["| policy | | difference of the best [m/J] |", "|---" * 3 + "|"]
+    lines = [["policy", "", "difference of the best [m/J]"]]
     best = best_by(curves)
     for model, (first, second) in product(MODELS, combinations(ALGORITHMS, 2)):
         if (model, first) not in best.index or (model, second) not in best.index:
             continue
-        estimate = interval((best[model, first] - best[model, second]).dropna().to_numpy())
+        gain = best[model, first] - best[model, second]
         names = f"{first.upper()} - {second.upper()}"
-        lines.append(
-            f"| {model} | {names} | {estimate.mean:+.2f} ({estimate.low:+.2f} … "
-            f"{estimate.high:+.2f}) |"
-        )
-    return "\n".join(lines) + "\n"
+        lines.append([model, names, with_interval(gain, "+.2f")])
+    return markdown_table(lines)
 
 
 def robust_text(robust: pd.DataFrame) -> str:
@@ -365,15 +348,15 @@ def robust_text(robust: pd.DataFrame) -> str:
         (m, a) for m, a in product(MODELS, ALGORITHMS) if len(rows_of(robust, model=m, algorithm=a))
     ]
     heads = (f"{model.split('-')[2]}, {algorithm.upper()}" for model, algorithm in columns)
-    lines = [f"| | {' | '.join(heads)} |", "|---" * (1 + len(columns)) + "|"]
+    lines = [["", *heads]]
     for name in CONDITIONS:
         cells = [rows_of(robust, model=m, algorithm=a, condition=name) for m, a in columns]
         means = (
             f"{formatted(group['cot_inverse'])}, {group['cot_inverse'].min():.2f}"
             for group in cells
         )
-        lines.append(f"| {name} | {' | '.join(means)} |")
-    return "\n".join(lines) + "\n"
+        lines.append([name, *means])
+    return markdown_table(lines)
 
 
 def rows_of(table: pd.DataFrame, **where: str) -> pd.DataFrame:
@@ -403,5 +386,4 @@ def picture(curves: pd.DataFrame) -> None:
 
 
 if __name__ == "__main__":
-    command, place, *arguments = sys.argv[1:]
-    {"learn": learn, "tables": tables}[command](Path(place), *arguments)
+    main(learn, tables)

@@ -12,7 +12,6 @@ nothing was chosen by, the same as `walkers.md`, `walkers_curves.csv` and `walke
 from __future__ import annotations
 
 import dataclasses
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -22,7 +21,7 @@ from typing import Any
 import numpy as np
 from matplotlib.lines import Line2D
 
-from research.frame import write_rows, write_text
+from research.frame import Place, main, markdown_table, write_rows, write_text
 from tegotae._support.tables import read_csv
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.wiring import load_wiring
@@ -135,7 +134,7 @@ def folder(work: Path, name: str) -> Path:
     return work / name.replace(", ", "-").replace(" ", "-")
 
 
-def learn(work: Path) -> None:
+def learn(work: Place) -> None:
     """Train the missing controllers: ART by PGPE, all seeds of a body together."""
     for name, body in installed(LEARNED):
         run = Run(
@@ -257,7 +256,7 @@ def picture() -> None:
         save_figure(figure, OUT / "walkers_curves.png")
 
 
-def table(work: Path) -> None:
+def table(work: Place) -> None:
     """Tabulate all controllers on all bodies that are trained, and the course of learning; body by
     body."""
     for name, body in installed(LEARNED):
@@ -275,16 +274,16 @@ def table(work: Path) -> None:
 def as_text() -> str:
     """The table in Markdown."""
     table = read_csv(OUT / "walkers.csv")
-    lines = ["| body | | return, mean (least, most) | distance [m] | time [s] |", "|---" * 5 + "|"]
+    lines = [["body", "", "return, mean (least, most)", "distance [m]", "time [s]"]]
     for name in (name for name in LEARNED if name in set(table["body"])):
         for index in np.flatnonzero(table["body"] == name):
             row = {title: column[index] for title, column in table.items()}
             numbers = [float(row[t]) for t in ("return", "least_return", "most_return")]
             mean, low, high = (f"{number:.3g}" for number in numbers)
             went, lasted = (f"{float(row[t]):.2f}" for t in ("distance_m", "time_s"))
-            lines.append(f"| {name} | {row['way']} | {mean} ({low}, {high}) | {went} | {lasted} |")
-    return "\n".join(lines) + "\n"
+            lines.append([name, row["way"], f"{mean} ({low}, {high})", went, lasted])
+    return markdown_table(lines)
 
 
 if __name__ == "__main__":
-    {"learn": learn, "table": table}[sys.argv[1]](Path(sys.argv[2]))
+    main(learn, table)

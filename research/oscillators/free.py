@@ -7,7 +7,6 @@ writes `free.png`, `entrained.png` and `entry.csv` to `research/oscillators`, in
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,13 +14,12 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-import tyro
 from matplotlib.figure import Figure
 
+from research.frame import main
 from tegotae import Rollout, Scenario, Timing
 from tegotae._support.files import output_folder
 from tegotae._support.tables import write_csv
-from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.metrics import FAILED, LIMIT_CYCLE
@@ -223,4 +221,4 @@ def draw_entrained(paths: dict[str, Any]) -> Figure:
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(tyro.cli(Pictures).run))
+    main(Pictures)

@@ -17,17 +17,15 @@ that of the phase oscillator to the bit (`tests/parts/test_planar_oscillators.py
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tyro
 from matplotlib.figure import Figure
 
-from research.frame import write_rows, write_text
+from research.frame import main, markdown_table, write_rows, write_text
 from research.reproduction.folder import Folder
 from research.reproduction.plan import Plan
 from research.reproduction.runner import run_study
@@ -35,7 +33,6 @@ from research.reproduction.table import tabulate
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder
 from tegotae._support.tables import read_csv
-from tegotae.cli.console import exit_status
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.statistics import interval, stratified_difference
@@ -175,18 +172,15 @@ def _where(rows: dict[str, Any], inside: np.ndarray) -> dict[str, Any]:
 
 def _table(title: str, rows: dict[str, Any]) -> str:
     present = [name for name in COMPARED if name in set(rows["oscillator"]) and name != PHASE]
-    lines = [f"| {title} | " + " | ".join(SHOWN.values()) + " |", "|-" * (1 + len(SHOWN)) + "|"]
+    lines = [[title, *SHOWN.values()]]
     with_phase = np.asarray(rows["oscillator"]) == PHASE
     means = [interval(column(rows, name)[with_phase]).mean for name in SHOWN]
-    lines.append("| phase: mean | " + " | ".join(f"{mean:.3f}" for mean in means) + " |")
+    lines.append(["phase: mean", *(f"{mean:.3f}" for mean in means)])
     for oscillator in present:
         cells = (compared(rows, oscillator, name) for name in SHOWN)
-        lines.append(
-            f"| {oscillator} | "
-            + " | ".join(f"{mean:+.3f} ({low:+.3f} … {high:+.3f})" for mean, low, high in cells)
-            + " |"
-        )
-    return "\n".join(lines) + "\n"
+        differences = (f"{mean:+.3f} ({low:+.3f} … {high:+.3f})" for mean, low, high in cells)
+        lines.append([oscillator, *differences])
+    return markdown_table(lines)
 
 
 def title(oscillator: str) -> str:
@@ -227,4 +221,4 @@ def draw(rows: dict[str, Any]) -> Figure:
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(tyro.cli(Matter).run))
+    main(Matter)

@@ -24,6 +24,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
 
 from compiled import Compiled  # noqa: E402
+from research.frame import main  # noqa: E402
 from research.reproduction.folder import Folder  # noqa: E402
 from robots import (  # noqa: E402
     HELD,
@@ -34,7 +35,6 @@ from robots import (  # noqa: E402
     own_run,
 )
 from tegotae._support.progress import reporting  # noqa: E402
-from tegotae.cli.console import exit_status  # noqa: E402
 from tegotae.parts.bodies import Hopper  # noqa: E402
 from tegotae.simulation.rollout import Timing  # noqa: E402
 from tegotae.systems.controller_file import SavedController  # noqa: E402
@@ -134,4 +134,4 @@ def walker(name: str) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(tyro.cli(Parity).run))
+    main(Parity)

@@ -14,14 +14,13 @@ were refused, with the reason. Legs that are there are not computed again.
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from research.frame import write_rows
+from research.frame import Table, main, write_rows
 from research.robots.hidden_leg import GRAVITY_M_PER_S2, HiddenLeg
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.recordings import QUANTITIES, read_columns, recording
@@ -113,26 +112,25 @@ def summary(bodies: pd.DataFrame) -> list[dict[str, object]]:
     return rows
 
 
-def main() -> None:
-    """Fit the legs that are not there, and write the tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--bodies", type=int, default=50)
-    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "_static" / "identify")
-    arguments = parser.parse_args()
-    file, failed = arguments.out / "bodies.csv", arguments.out / "failed.csv"
-    finished = {
-        int(body) for table in (file, failed) if table.exists() for body in pd.read_csv(table).body
-    }
+def run(bodies: int = 50, out: Path = ROOT / "docs" / "_static" / "identify") -> None:
+    """Fit the missing legs, and write the tables.
+
+    Args:
+        bodies: number of legs.
+        out: folder of the tables.
+    """
+    file, failed = out / "bodies.csv", out / "failed.csv"
+    finished = {int(body) for file in (file, failed) for body in Table(file, ("body",)).read().body}
     with tempfile.TemporaryDirectory() as folder:
-        for seed in sorted({*range(arguments.bodies)} - finished):
+        for seed in sorted({*range(bodies)} - finished):
             try:
                 rows = rows_of(seed, Path(folder))
                 write_rows(file, rows, digits=6, by=["body"])
             except TegotaeError as error:
                 write_rows(failed, [{"body": seed, "why": str(error)}], digits=6, by=["body"])
             print(seed, flush=True)
-    write_rows(arguments.out / "identify.csv", summary(pd.read_csv(file)), digits=4)
+    write_rows(out / "identify.csv", summary(pd.read_csv(file)), digits=4)
 
 
 if __name__ == "__main__":
-    main()
+    main(run)

@@ -7,7 +7,6 @@ The page on driving hardware shows its figure:
 
 from __future__ import annotations
 
-import argparse
 import csv
 import re
 import time
@@ -17,6 +16,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 
+from research.frame import main
 from tegotae_robots.api.robots import export_native
 from tegotae_robots.live import LiveController, LoopReport, drive_hardware
 
@@ -64,28 +64,29 @@ def draw(report: LoopReport, path: Path) -> None:
     figure.savefig(path)
 
 
-def main() -> None:
-    """Drive, write the quantiles, draw the histograms."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--duration", type=float, default=600.0)
-    parser.add_argument("--out", type=Path, required=True)
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
+def run(out: Path, duration: float = 600.0) -> None:
+    """Drive, write the quantiles, draw the histograms.
+
+    Args:
+        out: folder of the table and the figure.
+        duration: of the control [s].
+    """
+    out.mkdir(parents=True, exist_ok=True)
     live = export_native("V-sector-w4").live()
     alone = steps_alone_s(live)
     live.reset()
     leg = page_leg()
-    report = drive_hardware(live, leg.read, leg.write, duration_s=options.duration, watchdog_s=5.0)
+    report = drive_hardware(live, leg.read, leg.write, duration_s=duration, watchdog_s=5.0)
     print(report)
     rows = {"step alone": alone, "late": report.late_s, "busy": report.busy_s}
-    with (options.out / "latency.csv").open("w", newline="", encoding="utf-8") as file:
+    with (out / "latency.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(("what", "count", *(f"quantile_{q:g}_us" for q in QUANTILES)))
         for name, times in rows.items():
             quantiles_us = 1e6 * np.quantile(times, QUANTILES)
             writer.writerow((name, len(times), *(f"{x:.1f}" for x in quantiles_us)))
-    draw(report, options.out / "latency.svg")
+    draw(report, out / "latency.svg")
 
 
 if __name__ == "__main__":
-    main()
+    main(run)

@@ -19,18 +19,14 @@ Written to `research/short_laws` are `runs.csv`, a row per run, and `short_laws.
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import tyro
 
 import tegotae as tg
-from research.frame import write_rows, write_text
-from tegotae.cli.console import exit_status
-from tegotae.measures.statistics import interval
+from research.frame import main, markdown_table, with_interval, write_rows, write_text
 from tegotae.systems.resolve import resolve
 from tegotae.systems.term_sets import LAWS
 
@@ -106,30 +102,17 @@ def merits(subject: str, name: str, numbers: int, omega: float) -> pd.DataFrame:
 def table(runs: pd.DataFrame) -> str:
     """Means over runs with their intervals, and the best run, in Markdown."""
     lines = [
-        "| ω_t | controller | numbers | merit [m/J] | best run | settled share | following |",
-        "|---|---|---|---|---|---|---|",
+        ["ω_t", "controller", "numbers", "merit [m/J]", "best run", "settled share", "following"]
     ]
     for _, rows in runs.groupby(["omega_t_rad_per_s", "controller"], sort=False):
         omega, name = rows.omega_t_rad_per_s.iloc[0], rows.controller.iloc[0]
-        merit = _with_interval(rows.merit_m_per_j, (0.0, math.inf))
-        share = _with_interval(rows.settled_share, (0.0, 1.0))
-        following = _with_interval(rows.following, (-math.inf, math.inf))
-        lines.append(
-            f"| {omega:g} | {name} | {rows.numbers.iloc[0]} | {merit} | "
-            f"{rows.merit_m_per_j.max():.3f} | {share} | {following} |"
-        )
-    return "\n".join(lines) + "\n"
-
-
-def _with_interval(values: pd.Series, within: tuple[float, float]) -> str:
-    finite = values.dropna().to_numpy()
-    if not len(finite):
-        return "–"
-    if len(finite) == 1:
-        return f"{finite[0]:.3f}"
-    estimate = interval(finite, within=within)
-    return f"{estimate.mean:.3f} [{estimate.low:.3f}, {estimate.high:.3f}]"
+        merit = with_interval(rows.merit_m_per_j, ".3f", (0.0, math.inf))
+        share = with_interval(rows.settled_share, ".3f", (0.0, 1.0))
+        following = with_interval(rows.following, ".3f")
+        numbers, best = rows.numbers.iloc[0], f"{rows.merit_m_per_j.max():.3f}"
+        lines.append([f"{omega:g}", name, numbers, merit, best, share, following])
+    return markdown_table(lines)
 
 
 if __name__ == "__main__":
-    sys.exit(exit_status(lambda: tyro.cli(ShortLaws, description=__doc__).run()))
+    main(ShortLaws)

@@ -12,10 +12,10 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from research.frame import markdown_table
 from research.reproduction.best_gait import best_run, recorded_controller, recorded_orbit
 from research.reproduction.claims.designs import DRIVES
 from research.reproduction.record import Record
-from research.reproduction.report.markdown import markdown_table
 from research.reproduction.table import StudyTable, record_place
 from tegotae._support.errors import TegotaeError
 from tegotae.analysis.orbit import Orbit

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from research.frame import markdown_table
 from research.reproduction.learning.curves import CurvesOfRuns
 from research.reproduction.learning.forms import FormOfControllers, Retuning
 from research.reproduction.learning.judged import EvaluatedRuns
 from research.reproduction.learning.runs import concatenate_runs, run_rows, where
 from research.reproduction.record import Record
-from research.reproduction.report.markdown import markdown_table
 from tegotae.analysis.explanation import ALIKE, NOTHING
 from tegotae.analysis.short_forms import SHARES, forms_of_a_leg
 from tegotae.study import Arrays, Pool, Study

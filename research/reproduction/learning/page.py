@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import pandas as pd
 
+from research.frame import markdown_table
 from research.reproduction.learning.primary import BEST_RUN, MEAN_RUN, Contrast, best_law, contrast
 from research.reproduction.learning.runs import LAW
-from research.reproduction.report.markdown import markdown_table
 from tegotae.measures.statistics import FEW, POSITIVE, SHARE, UNBOUNDED, Range, interval
 
 

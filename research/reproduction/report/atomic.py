@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
+from research.frame import markdown_table
 from research.reproduction.claims.atomic import ALIKE, EQUIVALENCE, LESS, MORE, AtomicClaim
 from research.reproduction.claims.effects import (
     Correlation,
@@ -25,7 +26,6 @@ from research.reproduction.claims.findings import (
     TOO_SMALL,
     Finding,
 )
-from research.reproduction.report.markdown import markdown_table
 from tegotae.measures.hopping.metrics import HOPPING
 
 GROUPS: Mapping[str, Callable[[Finding], bool]] = {

@@ -1,9 +1,10 @@
-"""Tables of Markdown, and how the runs of a study ended as one."""
+"""Endings of the runs of a study as a table in Markdown."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
+from research.frame import markdown_table
 from research.reproduction.endings import RunEndings
 
 
@@ -20,11 +21,3 @@ def endings_table(by: Mapping[str, RunEndings]) -> str:
         )
         rows.append([name, *("–" if count is None else f"{count}" for count in counts)])
     return markdown_table(rows)
-
-
-def markdown_table(rows: list[list[str]]) -> str:
-    """Rows of cells as a table, the first being its head."""
-    lines = [
-        "|" + "".join(f" {cell} |" if cell else " |" for cell in cells).rstrip() for cells in rows
-    ]
-    return "\n".join([lines[0], "|" + "-|" * len(rows[0]), *lines[1:]]) + "\n"

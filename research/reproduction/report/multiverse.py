@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from research.frame import markdown_table
 from research.reproduction.claims.counting import ALL, MEAN
 from research.reproduction.claims.findings import (
     OPPOSITE,
@@ -23,7 +24,6 @@ from research.reproduction.readings.verdicts import (
     outcome_shares,
 )
 from research.reproduction.report.atomic import claim_label, effect_in_words, quoted
-from research.reproduction.report.markdown import markdown_table
 
 READINGS_COLUMN, ALLOWED_COLUMN = "Readings: + / 0 / −", "Those that the text allows"
 """The headings of `counts_by_claim`, beside the outcomes of one study."""
