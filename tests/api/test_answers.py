@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from tegotae.api.controllers import load, load_all
+from tegotae.api.evaluations import EXACT, INDEPENDENT, PAIRED, EvaluationTable
 from tegotae.api.hopping import HopperController
 from tegotae.api.parameters import filled
-from tegotae.api.results import EXACT, INDEPENDENT, PAIRED, Column, EvaluationTable, Film
+from tegotae.api.results import Column, Film
 from tegotae.cli import main
 from tegotae.measures.statistics import interval
 from tegotae.systems import controller_file

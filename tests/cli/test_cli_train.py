@@ -17,7 +17,7 @@ import pytest
 import tiny
 from tegotae._support.errors import TegotaeError
 from tegotae.api.experiments import adjusted
-from tegotae.api.training import TrainedControllers
+from tegotae.api.trained import TrainedControllers
 from tegotae.cli import main
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.fields import replace

@@ -22,7 +22,7 @@ from tegotae.analysis.generalisation.on_environment import (
     _PerturbedPilot,
 )
 from tegotae.analysis.generalisation.run import tried
-from tegotae.api.training import TrainedControllers, advice
+from tegotae.api.trained import TrainedControllers, advice
 from tegotae.cli import main
 from tegotae.envs import Limb, TegotaeWrapper, Wiring, load_wiring, save_wiring
 from tegotae.envs.env_spec import EnvSpec

@@ -16,8 +16,9 @@ import pandas as pd
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
+from tegotae.api.evaluations import EvaluationTable
 from tegotae.api.parameters import Values, filled, in_shell
-from tegotae.api.results import Column, EvaluationTable, Recording, Table
+from tegotae.api.results import Column, Recording, Table
 from tegotae.measures.metric import Catalogue, Metric
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import replace

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, TypedDict, Unpack
 
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae.api.controller import LoadedController, Subject, selected_metrics
+from tegotae.api.evaluations import EvaluationTable
 from tegotae.api.parameters import HIDDEN, Values, changes, check_types, filled
-from tegotae.api.results import EvaluationTable, Recording, Table, metric_columns
+from tegotae.api.results import Recording, Table, metric_columns
 from tegotae.envs.env_spec import EnvSpec, settings_of
 from tegotae.measures.robots import ROBOTS
 from tegotae.parts.bodies import Body

@@ -13,8 +13,9 @@ from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_GAIN, require_within
 from tegotae.analysis.simulation import Result, simulate
 from tegotae.api.controller import Changes, LoadedController, Subject, Work, selected_metrics
+from tegotae.api.evaluations import EvaluationTable
 from tegotae.api.parameters import Values, check_types, filled
-from tegotae.api.results import EvaluationTable, Recording, Table, columns, metric_columns
+from tegotae.api.results import Recording, Table, columns, metric_columns
 from tegotae.measures.evaluation import Protocol, evaluate, require_evaluable
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.hopping.signals import work_total

@@ -5,19 +5,16 @@ All have the same members: `.table`, `.plot(path)`, `.save(path)`, `.to_dict()`.
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
 from base64 import b64encode
-from collections import Counter
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import numpy as np
 import pandas as pd
 
 from tegotae._support import tables
@@ -26,7 +23,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.files import check_folder, output_file, write_atomically
 from tegotae.measures import statistics
 from tegotae.measures.metric import TABLE, Metric
-from tegotae.measures.statistics import UNDEFINED, Interval
+from tegotae.measures.statistics import UNDEFINED
 
 if TYPE_CHECKING:
     from matplotlib import figure as matplotlib_figure
@@ -386,176 +383,3 @@ def short(value: Any) -> str:
     if isinstance(value, float):
         return UNDEFINED if math.isnan(value) else f"{value:.4g}"
     return str(value)
-
-
-@dataclass(frozen=True, repr=False, kw_only=True)
-class EvaluationTable(Table):
-    """Measurements of runs, and their means."""
-
-    rows: pd.DataFrame = field(default_factory=pd.DataFrame)
-    """Rows named by `controller`, `run` and more, such as the frequency or the start."""
-    columns: tuple[Column, ...]
-    """Measured quantities."""
-    groups: tuple[str, ...] = ("controller",)
-    """Columns that name a row of the summary. Runs are independent; the mean of a run over all
-    else, such as starts, is taken first."""
-    trained: Mapping[str, Hashable] = field(default_factory=dict)
-    """Facts that decide what the training of each controller drew, None if they are not known:
-    where they are equal, runs are paired."""
-    exact: frozenset[str] = frozenset()
-    """Controllers that a search found, from which no other run would differ."""
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    """Options of each controller."""
-    base: str = ""
-    """Controller that others are compared with, if any."""
-
-    @classmethod
-    def joined(cls, tables: Sequence[EvaluationTable]) -> EvaluationTable:
-        """Return one table of several that measure the same."""
-        return dataclasses.replace(
-            tables[0],
-            rows=pd.concat([table.rows for table in tables], ignore_index=True),
-            columns=tuple({c.name: c for table in tables for c in table.columns}.values()),
-            trained={name: x for table in tables for name, x in table.trained.items()},
-            exact=frozenset[str]().union(*(table.exact for table in tables)),
-            settings={name: x for table in tables for name, x in table.settings.items()},
-        )
-
-    def summary(self) -> pd.DataFrame:
-        """Return the mean of each column over runs with its interval, or the commonest texts."""
-        groups = self._grouped()
-        cells = {c.name: [_mean(c, rows) for rows in groups.values()] for c in self.columns}
-        runs = [rows["run"].nunique() for rows in groups.values()]
-        return self._indexed(list(groups), {"runs": runs, **cells})
-
-    def differences(self) -> pd.DataFrame:
-        """Return each controller minus the base at equal other groups, run by run where paired.
-
-        Raises:
-            TegotaeError: if nothing can be compared with the base.
-        """
-        groups = self._grouped()
-        pairs = {
-            key: (rows, groups[self.base, *key[1:]])
-            for key, rows in groups.items()
-            if key[0] != self.base and (self.base, *key[1:]) in groups
-        }
-        if not pairs:
-            raise TegotaeError(f"nothing compares with {self.base}: no frequency is the same")
-        methods = [self._compared_as(key[0], rows) for key, (rows, _) in pairs.items()]
-        numeric = [c for c in self.columns if self.rows[c.name].dtype.kind in "fi"]
-        cells = {
-            c.name: [
-                _difference(c, *p, kind) for p, kind in zip(pairs.values(), methods, strict=True)
-            ]
-            for c in numeric
-        }
-        return self._indexed(list(pairs), {"runs": methods, **cells})
-
-    def texts(self) -> list[pd.DataFrame]:
-        tables = [self._texts(self.summary(), better=False)]
-        if self.base:
-            differences = self._texts(self.differences(), better=True)
-            tables.append(differences.rename_axis(index={"controller": f"minus {self.base}"}))
-        return tables
-
-    def compared_with(self, base: str) -> EvaluationTable:
-        """Return the same with the differences to one controller.
-
-        Args:
-            base: its name.
-        """
-        notes = [*self.notes, *COMPARED, *([EXACTLY] if self.exact else [])]
-        return dataclasses.replace(self, base=base, notes=notes)
-
-    def to_dict(self) -> JsonObject:
-        document = {"settings": self.settings, "rows": self.rows.to_dict("records")}
-        document["summary"] = self.summary().reset_index().to_dict("records")
-        if self.base:
-            rows = self.differences().reset_index().assign(minus=self.base)
-            document["differences"] = rows.to_dict("records")
-        return as_json(document)
-
-    def figures(self) -> Mapping[str, matplotlib_figure.Figure]:
-        from tegotae.figures.intervals import intervals_figure
-
-        visible = [c for c in self.columns if c.visible and self.rows[c.name].dtype.kind in "fi"]
-        frame = self.summary()
-        names = [", ".join(map(short, key)) for key in frame.index]
-        return {"intervals": intervals_figure(names, {c.heading: frame[c.name] for c in visible})}
-
-    def _grouped(self) -> dict[tuple[Any, ...], pd.DataFrame]:
-        rows = self.rows.groupby(list(self.groups), sort=False, dropna=False)
-        return {tuple(None if pd.isna(x) else x for x in key): part for key, part in rows}  # type: ignore[attr-defined]
-
-    def _indexed(self, keys: list[tuple[Any, ...]], cells: Mapping[str, Any]) -> pd.DataFrame:
-        index = pd.MultiIndex.from_tuples(keys, names=self.groups)
-        return pd.DataFrame({name: pd.Series(x, index, object) for name, x in cells.items()})
-
-    def _compared_as(self, name: str, rows: pd.DataFrame) -> str:
-        ours, theirs = self.trained.get(name), self.trained.get(self.base)
-        if ours is not None and ours == theirs and len(rows["run"].unique()) > 1:
-            return PAIRED
-        return EXACT if {name, self.base} & self.exact else INDEPENDENT
-
-    def _texts(self, frame: pd.DataFrame, *, better: bool) -> pd.DataFrame:
-        visible = [column for column in self.columns if column.visible and column.name in frame]
-        cells = {c.heading: [_cell(c, cell, better) for cell in frame[c.name]] for c in visible}
-        labels = [str(runs) for runs in frame["runs"]]
-        if better:
-            methods = frame[[column.name for column in visible]].map(lambda cell: cell.method)
-            used_methods = [
-                " and ".join(dict.fromkeys(filter(None, row))) for row in methods.to_numpy()
-            ]
-            labels = [
-                f"{runs}, {row or 'no interval'}"
-                for runs, row in zip(labels, used_methods, strict=True)
-            ]
-        keys = [frame.index.get_level_values(name).map(short) for name in frame.index.names]
-        all_cells = {"interval" if better else "runs": labels, **cells}
-        return pd.DataFrame(
-            all_cells, index=pd.MultiIndex.from_arrays(keys, names=frame.index.names)
-        )
-
-
-PAIRED, INDEPENDENT, EXACT = "paired runs", "independent runs", "one run is exact"
-"""Relations of two sets of runs that are compared."""
-COMPARED = [
-    "+ is better and - is worse, where the interval of the difference leaves zero out.",
-    "Runs are paired, seed by seed, where they share what is random: controller, algorithm and "
-    "conditions.",
-]
-EXACTLY = (
-    "A gain that a search found is exact: no other run would differ. Against it the interval is "
-    "that of the other runs alone; between two exact ones there is none."
-)
-
-
-def _of_runs(column: Column, rows: pd.DataFrame) -> np.ndarray:
-    """Return the mean of every run over its rows, [runs]."""
-    runs = [run.to_numpy(float)[None] for _, run in rows.groupby("run", sort=False)[column.name]]
-    return np.array([statistics.mean_defined(values)[0] for values in runs])
-
-
-def _mean(column: Column, rows: pd.DataFrame) -> Interval | str:
-    if rows[column.name].dtype.kind not in "fi":
-        counts = Counter(rows[column.name]).most_common()
-        return ", ".join(f"{value} ({count})" for value, count in counts)
-    return statistics.interval(_of_runs(column, rows), within=column.range)
-
-
-def _difference(column: Column, rows: pd.DataFrame, base: pd.DataFrame, method: str) -> Interval:
-    values, baseline = _of_runs(column, rows), _of_runs(column, base)
-    if method == PAIRED:
-        return statistics.paired_difference(values, baseline, within=column.range)
-    exact = method == EXACT
-    return statistics.difference(values, baseline, single_is_exact=exact, within=column.range)
-
-
-def _cell(column: Column, cell: Interval | str, better: bool) -> str:
-    """Return a mean with its interval; of a clear difference with + or -."""
-    if isinstance(cell, str):
-        return cell
-    clear = better and column.more_is_better is not None and (cell.low > 0.0 or cell.high < 0.0)
-    mark = (" +" if (cell.mean > 0.0) == column.more_is_better else " -") if clear else ""
-    return f"{cell}{mark}"

@@ -13,10 +13,10 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.analysis.gaits.releases import release_all, simulate_gaits
 from tegotae.api.controller import Changes, LoadedController, Subject, selected_metrics
+from tegotae.api.evaluations import EvaluationTable
 from tegotae.api.parameters import Values, check_types, filled
 from tegotae.api.results import (
     Column,
-    EvaluationTable,
     Recording,
     Table,
     columns,
