@@ -33,7 +33,7 @@ def open_loop():
     An actuator's largest force is that of the push.
     """
     wiring = dataclasses.replace(load_wiring("hopper"), sector_rad=(3.0, WIDTH_RAD))
-    experiment = EnvExperiment.of_model(
+    experiment = EnvExperiment.from_recipe(
         recipe("V-sector-w8"),
         EnvSpec(env="hopper"),
         wiring.reading(recipe("V-sector-w8").controller()),

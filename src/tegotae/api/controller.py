@@ -9,7 +9,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypedDict, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -38,12 +38,25 @@ Changes = Mapping[str, Any]
 """Values by field that differ from the controller's own, such as {"mass_kg": 0.2}."""
 
 
+class MetricOptions(TypedDict, total=False):
+    """Option that selects metrics."""
+
+    metric: Annotated[
+        Sequence[str],
+        "names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default all are "
+        "computed and the usual ones shown",
+        (),
+    ]
+
+
 @dataclasses.dataclass(frozen=True)
 class LoadedController:
     """Controllers with their body: one, or all runs of a training."""
 
     description: ClassVar[str]
     """Predicate of a sentence about them, after their name."""
+    catalogue: ClassVar[Catalogue]
+    """Metrics of such bodies."""
     runs: ControllerSet
     source: str = dataclasses.field(default="", kw_only=True)
     """Name that they were loaded by."""
@@ -143,6 +156,29 @@ class LoadedController:
 
     def _check(self, options: Any) -> None:
         """Raise `TegotaeError` before long work for options that cannot be evaluated."""
+        _ = self._metrics(options.metric)
+
+    def _metrics(self, requested: Sequence[str]) -> tuple[Metric, ...]:
+        """Return the metrics of names; all without any.
+
+        Args:
+            requested: names, or a user's own as FILE.py:OBJECT, which is registered.
+
+        Raises:
+            TegotaeError: for one that is not there, or of other bodies.
+        """
+        names: list[str] = []
+        for name in requested:
+            if is_reference(name):
+                metric = load_object(name, Metric, "metric")
+                if metric.CATALOGUE is not self.catalogue:
+                    raise TegotaeError(
+                        f"{name} is a metric of {metric.CATALOGUE.kind}; here is "
+                        f"{self.catalogue.kind}"
+                    )
+                name = register(metric).name
+            names.append(name)
+        return self.catalogue.select(names or None)
 
     def _shared(self, options: Any) -> Mapping[str, Any]:
         """Return the options that two evaluations must share to be compared."""
@@ -293,29 +329,6 @@ class LoadedController:
             settings={self.name: vars(options)},
             **fields,
         )
-
-
-def selected_metrics(catalogue: Catalogue, requested: Sequence[str]) -> tuple[Metric, ...]:
-    """Return the metrics of names; all without any.
-
-    Args:
-        catalogue: the metrics of such bodies.
-        requested: names, or a user's own as FILE.py:OBJECT, which is registered.
-
-    Raises:
-        TegotaeError: for one that is not there, or of other bodies.
-    """
-    names: list[str] = []
-    for name in requested:
-        if is_reference(name):
-            metric = load_object(name, Metric, "metric")
-            if metric.CATALOGUE is not catalogue:
-                raise TegotaeError(
-                    f"{name} is a metric of {metric.CATALOGUE.kind}; here is {catalogue.kind}"
-                )
-            name = register(metric).name
-        names.append(name)
-    return catalogue.select(names or None)
 
 
 def _evaluate(prepared: Sequence[tuple[LoadedController, Any]]) -> EvaluationTable:

@@ -6,10 +6,10 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, TypedDict, Unpack
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 from tegotae._support.errors import TegotaeError, require_count
-from tegotae.api.controller import LoadedController, Subject, selected_metrics
+from tegotae.api.controller import LoadedController, MetricOptions, Subject
 from tegotae.api.evaluations import EvaluationTable
 from tegotae.api.parameters import HIDDEN, Values, changes, check_types, filled
 from tegotae.api.results import Recording, Table, metric_columns
@@ -71,16 +71,10 @@ def adjusted_on_environment(experiment: EnvExperiment, options: Mapping[str, Any
     )
 
 
-class EpisodeEvaluation(TypedDict, total=False):
+class EpisodeEvaluation(MetricOptions, total=False):
     """Options of an evaluation in another simulator."""
 
     omega: Annotated[Sequence[float] | None, "frequencies [rad/s]"]
-    metric: Annotated[
-        Sequence[str],
-        "names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default all that "
-        "the simulator shows",
-        (),
-    ]
     starts: Annotated[int, "episodes of each run, where the environment has noise", 32]
     settings: Annotated[
         Sequence[str],
@@ -95,6 +89,7 @@ class EnvironmentController(LoadedController):
     """Controllers that were trained in another simulator."""
 
     description = "runs in another simulator"
+    catalogue = ROBOTS
 
     @cached_property
     def experiment(self) -> EnvExperiment:
@@ -162,16 +157,13 @@ class EnvironmentController(LoadedController):
         """
         return self._compared(others, options)
 
-    def _check(self, options: Any) -> None:
-        _ = selected_metrics(ROBOTS, options.metric)
-
     def _shared(self, options: Any) -> Mapping[str, Any]:
         spec = self.experiment.spec
         return {"environment": spec.env, "its settings": spec.settings}
 
     def _measured(self, options: Any) -> EvaluationTable:
         require_count("starts", options.starts)
-        experiment, rows, metrics = self.experiment, [], selected_metrics(ROBOTS, options.metric)
+        experiment, rows, metrics = self.experiment, [], self._metrics(options.metric)
         changed = dict(experiment.spec.settings) | settings_of(options.settings)
         spec = EnvSpec(env=experiment.spec.env, settings=tuple(changed.items()))
         varied = not spec.is_model or spec.model_settings.noise > 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Annotated, Any, TypedDict, Unpack
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_GAIN, require_within
 from tegotae.analysis.simulation import Result, simulate
-from tegotae.api.controller import Changes, LoadedController, Subject, Work, selected_metrics
+from tegotae.api.controller import Changes, LoadedController, MetricOptions, Subject, Work
 from tegotae.api.evaluations import EvaluationTable
 from tegotae.api.parameters import Values, check_types, filled
 from tegotae.api.results import Recording, Table, columns, metric_columns
@@ -51,16 +51,10 @@ class HopperOptions(TypedDict, total=False):
     body: Annotated[Body | Changes | None, "another body, or changes of the controller's own"]
 
 
-class HopperEvaluation(TypedDict, total=False):
+class HopperEvaluation(MetricOptions, total=False):
     """Options of an evaluation as in the paper."""
 
     omega: Annotated[float | None, "frequency around which it is evaluated [rad/s]"]
-    metric: Annotated[
-        Sequence[str],
-        "names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default all are "
-        "computed and the usual ones shown",
-        (),
-    ]
     protocol: Annotated[
         Protocol | Changes | None, "protocol of the evaluation, or changes of the controller's own"
     ]
@@ -71,6 +65,7 @@ class HopperController(LoadedController):
     """Controllers of a body with one leg."""
 
     description = "hops on one leg"
+    catalogue = HOPPING
 
     def defaults(self) -> Values:
         system, trained = self.runs.system, self.runs.experiment
@@ -218,7 +213,7 @@ class HopperController(LoadedController):
         return self._compared(others, options)
 
     def _check(self, options: Any) -> None:
-        _ = selected_metrics(HOPPING, options.metric)
+        super()._check(options)
         require_evaluable(self.runs.controller, options.body, options.protocol)
 
     def _shared(self, options: Any) -> Mapping[str, Any]:
@@ -228,7 +223,7 @@ class HopperController(LoadedController):
 
     def _measured(self, options: Any) -> EvaluationTable:
         runs = replace(self.runs, {"body": options.body})
-        metrics = selected_metrics(HOPPING, options.metric)
+        metrics = self._metrics(options.metric)
         result = evaluate(
             runs.controller,
             runs.weights,

@@ -12,7 +12,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.analysis.gaits.releases import release_all, simulate_gaits
-from tegotae.api.controller import Changes, LoadedController, Subject, selected_metrics
+from tegotae.api.controller import Changes, LoadedController, MetricOptions, Subject
 from tegotae.api.evaluations import EvaluationTable
 from tegotae.api.parameters import Values, check_types, filled
 from tegotae.api.results import (
@@ -58,16 +58,10 @@ class WalkerOptions(RhythmOptions, GroundOptions, total=False):
     """Options of a controller of a body with several legs."""
 
 
-class ReleaseOptions(TypedDict, total=False):
+class ReleaseOptions(MetricOptions, total=False):
     """Options of many releases of several controllers."""
 
     omega: Annotated[Sequence[float] | None, "frequencies [rad/s]"]
-    metric: Annotated[
-        Sequence[str],
-        "names of the metrics to compute, your own as FILE.py:OBJECT, or all. By default all are "
-        "computed and the usual ones shown",
-        (),
-    ]
     starts: Annotated[int, "number of releases of each controller", 32]
     seed: Annotated[int, "seed of the random phases at release", 1]
     duration_s: Annotated[float | None, "simulated time [s]"]
@@ -82,6 +76,7 @@ class WalkerController(LoadedController):
     """Controllers of a body with several legs."""
 
     description = "walks on several legs"
+    catalogue = WALKING
 
     legged: Legged
     """Their system, timed so that it settles."""
@@ -203,15 +198,12 @@ class WalkerController(LoadedController):
         """
         return self._compared(others, options)
 
-    def _check(self, options: Any) -> None:
-        _ = selected_metrics(WALKING, options.metric)
-
     def _shared(self, options: Any) -> Mapping[str, Any]:
         return {"starts": options.starts, "seed": options.seed, "omega": _frequencies(options)}
 
     def _measured(self, options: Any) -> EvaluationTable:
         options.omega = _frequencies(options)
-        metrics = selected_metrics(WALKING, options.metric)
+        metrics = self._metrics(options.metric)
         released = release_all(
             self.system(options),
             self.runs.weights,
