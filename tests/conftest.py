@@ -73,7 +73,7 @@ def metrics_as_before():
             catalogue.forget(name)
 
 
-_LARGE_MIB = 1200
+_LARGE_MIB = 1100
 
 
 @pytest.fixture(autouse=True, scope="module")

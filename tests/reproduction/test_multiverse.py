@@ -122,9 +122,13 @@ def test_the_body_has_the_ratios_that_it_was_made_of():
         ({"tolerance": 0.0}, "tolerance is 0; it must be greater than 0"),
         ({"episodes": 0}, "episodes is 0; it must be at least 1"),
         ({"work": "electric"}, "electric"),
+        ({"mass_kg": 0.0}, "mass_kg is 0"),
+        ({"newtons_per_feedback": -1.0}, "newtons_per_feedback is -1"),
+        ({"frequency_weight": -0.1}, "frequency_weight is -0.1"),
+        ({"sector_s": 0.0}, "sector_s is 0"),
     ],
 )
-def test_readings_that_the_body_does_not_allow_are_refused(choice, says):
+def test_readings_that_the_body_does_not_allow_or_that_mean_nothing_are_refused(choice, says):
     with pytest.raises(TegotaeError, match=says) as raised:
         Reading(**choice)
     assert len(str(raised.value).splitlines()) == 1
@@ -199,20 +203,6 @@ def test_a_reading_changes_vanilla_actuations_alone():
     assert reading.actuation(learned) == learned
     for actuation in (Sector(), Reflex(), SectorAndReflex(), learned):
         assert Reading().actuation(actuation) == actuation
-
-
-@pytest.mark.parametrize(
-    ("choice", "says"),
-    [
-        ({"mass_kg": 0.0}, "mass_kg"),
-        ({"newtons_per_feedback": -1.0}, "newtons_per_feedback"),
-        ({"frequency_weight": -0.1}, "frequency_weight"),
-        ({"sector_s": 0.0}, "sector_s"),
-    ],
-)
-def test_freedoms_that_mean_nothing_are_refused(choice, says):
-    with pytest.raises(TegotaeError, match=says):
-        Reading(**choice)
 
 
 def test_a_gain_is_tuned_at_one_frequency_or_over_several():
@@ -374,24 +364,28 @@ def test_tables_hold_readings_and_what_comes_of_the_claims(trained, tmp_path):
             assert outcomes == [(finding.claim.name, finding.outcome) for finding in by_claim]
 
 
+def refused_with(tmp_path, one_line_error, trained, name, change) -> str:
+    """The error of figures from a table whose text was changed."""
+    write_multiverse_tables(*trained, tmp_path)
+    (tmp_path / name).write_text(change((tmp_path / name).read_text()))
+    words = ["reproduction", "readings", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
+    return one_line_error(*words)
+
+
 @pytest.mark.parametrize("name", ["readings.csv", "effects.csv"])
 @pytest.mark.parametrize("content", ["", "a,b\n1,2\n"])
 def test_what_is_no_table_is_refused(trained, tmp_path, one_line_error, name, content):
-    readings, verdicts = trained
-    write_multiverse_tables(readings, verdicts, tmp_path)
-    (tmp_path / name).write_text(content)
-    words = ["reproduction", "readings", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
-    assert f"{tmp_path / name} is no table that" in one_line_error(*words)
+    message = refused_with(tmp_path, one_line_error, trained, name, lambda text: content)
+    assert f"{tmp_path / name} is no table that" in message
 
 
 @pytest.mark.parametrize(("name", "row"), [("readings.csv", "0"), ("effects.csv", "0, omega_t")])
 def test_a_row_that_is_there_twice_is_refused(trained, tmp_path, one_line_error, name, row):
-    readings, by_reading = trained
-    write_multiverse_tables(readings, by_reading, tmp_path)
-    lines = (tmp_path / name).read_text().splitlines()
-    (tmp_path / name).write_text("\n".join([*lines, lines[1]]) + "\n")
-    words = ["reproduction", "readings", "figures", str(tmp_path), "--out", str(tmp_path / "out")]
-    assert f"{tmp_path / name} has 2 rows of reading {row}" in one_line_error(*words)
+    def again(text):
+        return text + text.splitlines()[1] + "\n"
+
+    message = refused_with(tmp_path, one_line_error, trained, name, again)
+    assert f"{tmp_path / name} has 2 rows of reading {row}" in message
 
 
 def test_the_table_of_shares_names_what_decides(trained):
