@@ -8,7 +8,6 @@ import errno
 import json
 import os
 import resource
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -332,6 +331,8 @@ def test_two_halves_merge_into_the_whole(half, smoke_study, tmp_path, capsys):
     other_half = study_runs.copy(smoke_study, tmp_path / "other", "T", "A")
     assert main(["reproduction", "merge", str(other_half), "--dir", str(half)]) == 0
     assert capsys.readouterr().out == f"1 records copied to {half}\n"
+    assert main(["reproduction", "merge", str(other_half), "--dir", str(half)]) == 0
+    assert capsys.readouterr().out == f"0 records copied to {half}\n"
     study_runs.assert_same(half, smoke_study)
     expected = export(smoke_study, tmp_path / "whole.csv").read_text()
     assert export(half, tmp_path / "merged.csv").read_text() == expected
@@ -420,20 +421,6 @@ def test_a_record_that_cannot_be_read_is_not_called_damaged(
     message = one_line_error("reproduction", *command.split(), "--dir", str(half))
     assert f"cannot read {path}: Permission denied" in message
     assert path.exists()
-
-
-def test_a_record_under_a_wrong_name_is_damaged(half, smoke_study, capsys):
-    units = {unit.run.experiment.name: unit for unit in plan("smoke").units}
-    wrong = Folder(half).study([]).place(units["T-Fv"])
-    shutil.copy(Folder(half).study([]).place(units["V-sector-w8"]), wrong)
-    assert main(["reproduction", "status", "--dir", str(half)]) == 0
-    assert f"{wrong.name} is damaged: it holds another configuration" in capsys.readouterr().out
-    records = {record.model: record for record in Folder(smoke_study).all()[0]}
-    runner.run_study(
-        plan("smoke"), half, lambda todo: ((u, records["T-Fv"].result) for [u] in todo)
-    )
-    assert "is set aside" in capsys.readouterr().out
-    study_runs.assert_same(half, smoke_study)
 
 
 @pytest.mark.parametrize(

@@ -248,15 +248,6 @@ def test_something_else_that_answers_is_no_scheduler(words):
     )
 
 
-def test_a_scheduler_without_workers_is_told_of(capfd):
-    with cluster(workers=0) as empty:
-        on_cluster(empty.scheduler_address)
-        assert capfd.readouterr().err == (
-            f"the Dask scheduler at {empty.scheduler_address} has no workers; "
-            "waiting 1800 s for some\n"
-        )
-
-
 def test_workers_that_never_come_are_waited_for_as_long_as_was_said(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr("research.reproduction.cluster._LOOK_S", 0.05)
     with cluster(workers=0) as empty:

@@ -10,7 +10,7 @@ import pytest
 
 from records import instant, made_up
 from research.reproduction import runner
-from research.reproduction.export import merge, read_study_csv, write_study_csv
+from research.reproduction.export import read_study_csv, write_study_csv
 from research.reproduction.folder import Folder
 from research.reproduction.plan import plan
 from research.reproduction.record import (
@@ -157,15 +157,6 @@ def test_running_again_does_only_what_is_missing(folder: Folder) -> None:
     assert [[unit.key for unit in bundle] for bundle in requested] == [[study.units[1].key]]
 
 
-def test_a_damaged_record_is_set_aside_and_done_again(folder: Folder, capsys) -> None:
-    unit = plan("smoke").units[0]
-    folder.study([]).place(unit).write_bytes(b"half")
-    runner.run_study(plan("smoke"), folder.path, instant)
-    assert equal_records(read_record(folder.study([]).place(unit)), made_up(unit))
-    assert len(list((folder.path / "damaged").iterdir())) == 1
-    assert "is damaged" in capsys.readouterr().out
-
-
 def test_a_record_of_another_configuration_is_set_aside_and_done_again(folder: Folder, capsys):
     unit, second = plan("smoke").units[:2]
     place = folder.study([]).place(unit)
@@ -186,19 +177,9 @@ def test_a_result_of_another_configuration_is_no_result_of_the_study(tmp_path: P
     assert not list((tmp_path / "study").rglob("*.record.npz"))
 
 
-def test_a_folder_of_another_study_is_refused(folder: Folder) -> None:
-    with pytest.raises(TegotaeError, match="holds a study with another"):
-        runner.run_study(plan("quick", "V-*"), folder.path, instant)
-
-
 def test_a_folder_of_unknown_records_is_refused(folder: Folder) -> None:
     (folder.path / "study.json").unlink()
     with pytest.raises(TegotaeError, match=r"no study\.json"):
-        runner.run_study(plan("smoke"), folder.path, instant)
-
-
-def test_two_runs_in_one_folder_are_refused(folder: Folder) -> None:
-    with folder.locked(), pytest.raises(TegotaeError, match="another run is at work"):
         runner.run_study(plan("smoke"), folder.path, instant)
 
 
@@ -222,15 +203,6 @@ def test_every_architecture_is_in_the_quick_scale() -> None:
         recipe(unit.run.experiment.name).terms.architecture for unit in plan("quick").units
     }
     assert architectures == {"V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT", "T"}
-
-
-def test_two_folders_merge_into_one(tmp_path: Path) -> None:
-    first, second = Folder(tmp_path / "one"), Folder(tmp_path / "other")
-    runner.run_study(plan("smoke", "V*"), first.path, instant)
-    runner.run_study(plan("smoke", "[AT]*"), second.path, instant)
-    assert merge(first, second) == 1
-    assert merge(first, second) == 0
-    assert len(second.all()[0]) == 3
 
 
 def test_the_table_has_a_row_per_model_and_run(folder: Folder, tmp_path: Path) -> None:
