@@ -73,17 +73,12 @@ def metrics_as_before():
             catalogue.forget(name)
 
 
-_LARGE_MIB = 1100
-
-
-@pytest.fixture(autouse=True, scope="module")
-def memory_of_a_laptop():
-    """A process that is large after a file of tests gives back what it kept of them."""
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown():
+    """Where a test leaves the process large, give back what was kept of earlier ones."""
     import memory
 
-    yield
-    if memory.resident_mib() > _LARGE_MIB:
-        memory.give_back()
+    memory.give_back_if_large()
 
 
 @pytest.fixture(scope="session")

@@ -21,8 +21,8 @@ from lanewise.nodes import (
     Traced,
     array_of,
     constant,
+    dtype_name,
     literal,
-    name_of,
     place_of,
 )
 
@@ -92,7 +92,7 @@ class Reader(ABC):
             raise self._refused(error.operation, origin) from None
 
     def _kind(self, aval: Traced, name: str, origin: Traced) -> str:
-        kind = self.kinds.get(name_of(aval.dtype))
+        kind = self.kinds.get(dtype_name(aval.dtype))
         if kind is None:
             raise self._refused(name, origin, f"it is of {aval.dtype}")
         return kind

@@ -271,7 +271,7 @@ def reachable(nodes: Iterable[Node]) -> list[Node]:
 
 
 @functools.cache
-def name_of(dtype: np.dtype) -> str:
+def dtype_name(dtype: np.dtype) -> str:
     """The name of a type in a trace, which NumPy puts together anew each time."""
     return str(dtype)
 
@@ -290,7 +290,7 @@ def constant(value: ArrayLike, kinds: Mapping[str, str] = KINDS) -> np.ndarray:
         CannotLower: for numbers of a type that no scalar has.
     """
     numbers = np.asarray(value)
-    kind = kinds.get(name_of(numbers.dtype))
+    kind = kinds.get(dtype_name(numbers.dtype))
     if kind is None:
         raise CannotLower(f"numbers of {numbers.dtype}")
     return array_of([literal(x, kind) for x in numbers.reshape(-1)], numbers.shape)

@@ -26,10 +26,19 @@ def peak_mib() -> float:
     return peak / 2**20 if sys.platform == "darwin" else peak / 2**10
 
 
-def give_back() -> None:
+_LARGE_MIB = 1100.0
+_STEP_MIB = 200.0
+_largest = [_LARGE_MIB]
+"""Memory from which on it is given back; more where that much remained the last time."""
+
+
+def give_back_if_large() -> None:
     """Drop compiled programs, which the disk has, and return freed memory to the system."""
+    if resident_mib() < _largest[0]:
+        return
     forget_programs()
     gc.collect()
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # of glibc alone
     if trim is not None:
         trim(0)
+    _largest[0] = max(_LARGE_MIB, resident_mib() + _STEP_MIB)
