@@ -11,7 +11,7 @@ import hashlib
 import inspect
 import sys
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import cast
@@ -19,8 +19,8 @@ from typing import cast
 _OWN = __name__.partition(".")[0]
 
 
-def code_of(kind: type) -> str | None:
-    """SHA-256 of the code that a class is made of; None for this package's and if it is not known.
+def code_of(kind: type | Callable[..., object]) -> str | None:
+    """SHA-256 of the code of a class or a function; None for this package's and if it is not known.
 
     A class of no file, such as a notebook's, is its own methods alone.
 
@@ -144,7 +144,7 @@ def _files(name: str, root: Path) -> Iterator[Path]:
         places = spec.submodule_search_locations
 
 
-def _methods(kind: type) -> Iterator[str]:
+def _methods(kind: type | Callable[..., object]) -> Iterator[str]:
     """The text of a class's own methods, so far as it is known."""
     for _, value in sorted(vars(kind).items()):
         functions = (getattr(value, name, None) for name in ("fget", "func", "__func__"))

@@ -26,7 +26,7 @@ from typing import Any, TypeGuard, TypeVar, cast
 from tegotae._support.documents import CODE
 from tegotae._support.errors import TegotaeError, formatted, other_code, unknown
 from tegotae._support.files import require_short
-from tegotae._support.part_code import code_of, code_of_file
+from tegotae._support.part_code import code_of
 from tegotae.measures.metric import Metric
 
 P = TypeVar("P")
@@ -92,7 +92,7 @@ def register(part: P) -> P:
         return part
     if isinstance(part, Metric):
         if part.CATALOGUE.add(part):
-            _codes[_key(part)] = _code_of_metric(part)
+            _codes[_key(part)] = code_of(getattr(part, "compute", type(part)))
         return part
     kind = part if isinstance(part, type) else type(part)
     contract = contract_of(kind)
@@ -171,13 +171,6 @@ def code_noted(part: type | Metric) -> str | None:
 
 def _key(part: type | Metric) -> type | tuple[type, str]:
     return (type(part), part.name) if isinstance(part, Metric) else part
-
-
-def _code_of_metric(metric: Metric) -> str | None:
-    """Return the hash of the file with a metric's function."""
-    module = getattr(getattr(metric, "compute", None), "__module__", None) or ""
-    file = getattr(sys.modules.get(module), "__file__", None)
-    return code_of_file(Path(file), module) if file and Path(file).is_file() else None
 
 
 def is_part(kind: object) -> TypeGuard[type]:
