@@ -94,6 +94,7 @@ def test_an_interval_of_a_share_holds_it_and_stays_within_zero_and_one():
         assert 0.0 <= share.low <= count / 24 == share.mean <= share.high <= 1.0
     half = share_interval(12, 24)
     assert (half.low, half.high) == pytest.approx((0.3143, 0.6857), abs=1e-3)
+    assert share_interval(0, 10).high == pytest.approx(0.2775, abs=1e-3)  # Wilson (1927), 0 of 10
     assert np.isnan(share_interval(0, 0).mean)
     with pytest.raises(TegotaeError, match="count is 25; it must be at most 24"):
         share_interval(25, 24)

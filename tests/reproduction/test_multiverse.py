@@ -47,8 +47,7 @@ from research.reproduction.readings.verdicts import (
     claim_margin,
     findings_by_reading,
     of_claim,
-    outcome_shares,
-    wilson_share,
+    outcome_counts,
 )
 from research.reproduction.report.multiverse import counts_by_claim, shares_table
 from study_tables import results
@@ -295,10 +294,10 @@ def test_shares_count_the_readings_in_which_a_claim_is_reproduced_and_opposite(t
     early = sum(reading.episodes == 1280 for reading in readings)
     late = sum(reading.episodes == PLATEAU for reading in readings)
     for omega in (AT_BOTH, "4", "8"):
-        parts = outcome_shares(of_claim(by_reading, "art-cot", omega).values())
-        assert parts[OPPOSITE].count >= early
-        assert parts[REPRODUCED].count >= late
-        assert sum(share.count for share in parts.values()) == len(readings)
+        counts = outcome_counts(of_claim(by_reading, "art-cot", omega).values())
+        assert counts[OPPOSITE] >= early
+        assert counts[REPRODUCED] >= late
+        assert sum(counts.values()) == len(readings)
 
 
 def test_the_choice_that_decides_a_claim_is_found_and_no_other(trained):
@@ -339,15 +338,6 @@ def test_what_is_not_measured_has_no_margin_and_what_has_no_spread_is_clear():
     assert math.isnan(claim_margin(Finding(claim, {Count(): NOT_KNOWN})))
     assert claim_margin(finding_of(1.0, 0.0)) > 100.0
     assert claim_margin(finding_of(-1.0, 0.0)) < -100.0
-
-
-def test_an_interval_of_a_share_stays_within_the_possible():
-    none, all_of_them, half = wilson_share(0, 10), wilson_share(10, 10), wilson_share(5, 10)
-    assert none.low == 0.0
-    assert 1.0 - 1e-12 < all_of_them.high <= 1.0
-    assert none.high == pytest.approx(0.2775, abs=1e-3)  # Wilson (1927), 0 of 10
-    assert half.low == pytest.approx(1.0 - half.high) == pytest.approx(0.2366, abs=1e-3)
-    assert math.isnan(wilson_share(0, 0).mean)
 
 
 # Tables and figures.
@@ -528,4 +518,4 @@ def test_a_claim_without_runs_has_no_share():
     by_reading = findings_by_reading({0: table, 1: table}, draws=20)
     assert of_claim(by_reading, "art-cot", AT_BOTH) == {}
     assert len(of_claim(by_reading, "vg-cot", AT_BOTH)) == 2
-    assert outcome_shares(())[REPRODUCED].total == 0
+    assert not any(outcome_counts(()).values())

@@ -29,10 +29,11 @@ from research.reproduction.readings.verdicts import (
     CLAIMS,
     FindingsByReading,
     of_claim,
-    outcome_shares,
+    outcome_counts,
 )
 from research.reproduction.report.atomic import effect_in_words
 from tegotae.figures.style import COLOURS, PAGE_IN, SEQUENTIAL, new_figure, styled
+from tegotae.measures.statistics import share_interval
 
 OUTCOME_COLOURS = {REPRODUCED: COLOURS[5], TOO_SMALL: "0.75", OPPOSITE: COLOURS[4]}
 """Green is reproduced, grey too small to tell, orange opposite; they differ in lightness, too."""
@@ -87,19 +88,20 @@ def _handles(*, selected: bool) -> list[Patch | Line2D]:
 
 def _bar(panel, row: int, findings: list[Finding], colours: Mapping[str, str]) -> None:
     start = 0.0
-    parts = outcome_shares(findings)
+    counts = outcome_counts(findings)
+    total = sum(counts.values())
     for word, colour in colours.items():
-        part = parts[word]
-        if not part.count:
+        count = counts[word]
+        if not count:
             continue
-        panel.barh(row, part.mean, left=start, height=0.7, color=colour, lw=0)
+        share = count / total
+        panel.barh(row, share, left=start, height=0.7, color=colour, lw=0)
         ink = "black" if word == TOO_SMALL else "white"
-        panel.text(
-            start + part.mean / 2, row, f"{part.count}", ha="center", va="center", color=ink, size=6
-        )
-        start += part.mean
-    if not math.isnan(parts[REPRODUCED].low):
-        ends = [parts[REPRODUCED].low, parts[REPRODUCED].high]
+        panel.text(start + share / 2, row, f"{count}", ha="center", va="center", color=ink, size=6)
+        start += share
+    if total:
+        reproduced = share_interval(counts[REPRODUCED], total)
+        ends = [reproduced.low, reproduced.high]
         panel.plot(ends, [row + 0.43] * 2, color="black", lw=1.0, clip_on=False)
 
 

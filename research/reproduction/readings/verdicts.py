@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -37,9 +35,6 @@ CLAIMS: tuple[AtomicClaim, ...] = tuple(
 
 DRAWS = 1000
 """Number of bootstrap samples of the runs of every model."""
-
-_Z = 1.959964
-"""Half the width of a 95 % interval, in standard errors of a normal variable."""
 
 FindingsByReading = Mapping[int, Mapping[str, list[Finding]]]
 """Findings, each of one way to count, by the number of the reading, and then by ω_t: "both", "4",
@@ -105,43 +100,10 @@ def of_claim(by_reading: FindingsByReading, name: str, omega: str) -> dict[int, 
 _WORDS = {REPRODUCED, OPPOSITE, TOO_SMALL}
 
 
-@dataclass(frozen=True)
-class Share:
-    """A share of readings, with Wilson's 95 % interval, as if they were drawn at random."""
-
-    count: int
-    total: int
-    low: float
-    high: float
-
-    @property
-    def mean(self) -> float:
-        """The share; NaN of none."""
-        return self.count / self.total if self.total else math.nan
-
-
-def wilson_share(count: int, total: int) -> Share:
-    """Return the share of `count` in `total`, and its interval, which never leaves [0, 1].
-
-    Example:
-        >>> found = wilson_share(0, 32)
-        >>> f"{found.mean:.2f} [{found.low:.2f}, {found.high:.2f}]"
-        '0.00 [0.00, 0.11]'
-    """
-    if total == 0:
-        return Share(0, 0, math.nan, math.nan)
-    p, shrink = count / total, 1.0 + _Z**2 / total
-    centre = (p + _Z**2 / (2 * total)) / shrink
-    half = _Z / shrink * math.sqrt(p * (1.0 - p) / total + (_Z / (2 * total)) ** 2)
-    return Share(count, total, max(0.0, centre - half), min(1.0, centre + half))
-
-
-def outcome_shares(findings: Iterable[Finding]) -> dict[str, Share]:
-    """The share of readings in which a claim is reproduced, too small to tell, and opposite."""
+def outcome_counts(findings: Iterable[Finding]) -> dict[str, int]:
+    """Count the readings in which a claim is reproduced, too small to tell, and opposite."""
     counts = Counter(finding.outcome for finding in findings)
-    words = (REPRODUCED, TOO_SMALL, OPPOSITE)
-    total = sum(counts[word] for word in words)
-    return {word: wilson_share(counts[word], total) for word in words}
+    return {word: counts[word] for word in (REPRODUCED, TOO_SMALL, OPPOSITE)}
 
 
 def claim_margin(finding: Finding) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from research.frame import markdown_table
 from research.reproduction.claims.counting import ALL, MEAN
@@ -19,11 +19,11 @@ from research.reproduction.readings.readings import ALLOWED, Reading
 from research.reproduction.readings.verdicts import (
     CLAIMS,
     FindingsByReading,
-    Share,
     of_claim,
-    outcome_shares,
+    outcome_counts,
 )
 from research.reproduction.report.atomic import claim_label, effect_in_words, quoted
+from tegotae.measures.statistics import share_interval
 
 READINGS_COLUMN, ALLOWED_COLUMN = "Readings: + / 0 / −", "Those that the text allows"
 """The headings of `counts_by_claim`, beside the outcomes of one study."""
@@ -53,7 +53,7 @@ def shares_table(
     for claim in CLAIMS:
         if not (findings := of_claim(by_reading, claim.name, omega)):
             continue
-        candidate = outcome_shares(findings.values())
+        counts = outcome_counts(findings.values())
         clear = decisive(influences(readings, findings))
         deciding = ", ".join(f"{i.choice.label} ({i.correlation:+.2f})" for i in clear)
         outcomes = [findings[0].outcome if 0 in findings else "–"] if has_own else []
@@ -63,8 +63,8 @@ def shares_table(
             [
                 claim_label(claim),
                 f"“{quoted(claim)}”<br>{effect_in_words(claim.effect)}{of_runs}",
-                f"{SELECTED_FOR}: " * (claim.name in selected) + _share(candidate[REPRODUCED]),
-                *(_share(candidate[word]) for word in (TOO_SMALL, OPPOSITE)),
+                f"{SELECTED_FOR}: " * (claim.name in selected) + _share(counts, REPRODUCED),
+                *(_share(counts, word) for word in (TOO_SMALL, OPPOSITE)),
                 *(
                     _counts(findings[n] for n in findings if n in among)
                     for among in allowed.values()
@@ -104,12 +104,13 @@ def counts_by_claim(
 def _counts(findings: Iterable[Finding]) -> str:
     """Return the numbers of readings that agree, are too small to tell, and are opposite; empty for
     none."""
-    parts = outcome_shares(findings)
-    words = (REPRODUCED, TOO_SMALL, OPPOSITE)
-    return " / ".join(str(parts[word].count) for word in words) if parts[REPRODUCED].total else ""
+    counts = outcome_counts(findings).values()
+    return " / ".join(map(str, counts)) if any(counts) else ""
 
 
-def _share(share: Share) -> str:
-    if not share.total:
+def _share(counts: Mapping[str, int], word: str) -> str:
+    count, total = counts[word], sum(counts.values())
+    if not total:
         return "–"
-    return f"{share.count} of {share.total} [{share.low:.0%}, {share.high:.0%}]".replace("%", " %")
+    share = share_interval(count, total)
+    return f"{count} of {total} [{share.low:.0%}, {share.high:.0%}]".replace("%", " %")
