@@ -51,7 +51,7 @@ QUICKLY := --xla_backend_optimization_level=0 --xla_cpu_use_fusion_emitters=fals
 PRECISE = $(shell grep --recursive --files-with-matches --include='test_*.py' mark.precise tests)
 pytest: $(INSTALLED)
 	LANEWISE_OPT=0 XLA_FLAGS="$(QUICKLY)" $(PYTEST) -m "not thorough and not precise"
-	$(PYTEST) -m "precise and not thorough" $(PRECISE)
+	$(PYTEST) -n 0 -m "precise and not thorough" $(PRECISE)
 
 test-thorough: lint
 	TEGOTAE_SOLVE=compare $(PYTEST) -m "thorough or not thorough"
