@@ -181,6 +181,15 @@ def test_the_gain_of_a_vanilla_model_is_searched_for(tmp_path):
     assert fitness.max() > fitness[0]
 
 
+def test_a_controller_of_another_simulator_is_not_explained_and_the_error_names_what_studies_it(
+    trained, one_line_error
+):
+    _, (path, *_) = trained
+    message = one_line_error("explain", str(path))
+    assert "runs in another simulator" in message
+    assert "tegotae simulate --csv records its senses, phases and commands there" in message
+
+
 def test_a_figure_of_efficiency_says_where_none_was_measured(trained, one_line_error, tmp_path):
     words = ("figure", "learning-curves", str(trained[0]), "--out", str(tmp_path / "curves.png"))
     message = one_line_error(*words, "--of", "cot_inverse")
