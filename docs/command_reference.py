@@ -11,7 +11,7 @@ from apps.playground.__main__ import PLAYGROUND
 from research.benchmarks.__main__ import BENCH
 from research.reproduction.__main__ import PROG, REPRODUCTION
 from research.tuning.__main__ import TUNE
-from tegotae.api.parameters import about
+from tegotae.api.parameters import description_of
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.functions import options_by_subject
 from tegotae.cli.program import Command, CommandGroup
@@ -37,13 +37,13 @@ def _command(name: str, command: Command | CommandGroup, level: int = 2) -> Iter
             yield from _command(f"{name} {sub}", its, level + 1)
         return
     own = command.load()
-    yield f"{_text(about(own))}\n"
+    yield f"{_text(description_of(own))}\n"
     if inspect.isfunction(own):
         for subject, known in options_by_subject(command).items():
-            rows = {flag_of(option): option.about for option in known.values()}
+            rows = {flag_of(option): option.description for option in known.values()}
             yield from _table(subject, rows)
     else:
-        flags = {flag: _with_default(x.about, x.value) for flag, x in flags_of(own)}
+        flags = {flag: _with_default(x.description, x.value) for flag, x in flags_of(own)}
         yield from _table("option", flags)
     yield "```console\n" + "\n".join(command.examples) + "\n```\n"
 

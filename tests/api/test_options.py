@@ -28,7 +28,7 @@ def test_every_number_of_a_body_is_an_option_that_says_what_it_is(name):
     for method in (controller.simulate, controller.evaluate):
         options = options_of(method, controller.defaults())
         assert {"mass_kg", "gravity_m_per_s2", "omega"} < {*options}
-        assert [name for name, option in options.items() if not option.about] == []
+        assert [name for name, option in options.items() if not option.description] == []
 
 
 def test_a_body_is_an_object_or_changes_of_the_controllers_own():
@@ -55,7 +55,7 @@ def test_a_new_field_of_a_body_is_an_option():
         """Its load [kg]."""
 
     (option,) = (option for option in leaves(Heavier()) if option.name == "load_kg")
-    assert (option.path, option.kind, option.about) == ("load_kg", float, "Its load [kg].")
+    assert (option.path, option.kind, option.description) == ("load_kg", float, "Its load [kg].")
 
 
 def test_an_unknown_field_is_named_with_the_nearest_one():

@@ -99,10 +99,12 @@ def helps(entry: Command | CommandGroup, prog: str) -> Iterator[str]:
         yield inspect.getdoc(kind) or ""
         if inspect.isfunction(kind):
             yield from (
-                x.about for options in options_by_subject(entry).values() for x in options.values()
+                x.description
+                for options in options_by_subject(entry).values()
+                for x in options.values()
             )
         else:
-            yield from (option.about for _, option in flags_of(kind))
+            yield from (option.description for _, option in flags_of(kind))
         return
     yield overview(entry, prog)
     for name, below in entry.commands.items():

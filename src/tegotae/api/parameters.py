@@ -45,7 +45,7 @@ class Option:
     """Type."""
     value: Any
     """Default: the subject's own value."""
-    about: str = ""
+    description: str = ""
     """Meaning."""
     heading: str = ""
     """Class of the field; empty for a parameter."""
@@ -137,7 +137,7 @@ class SharedOption:
     """Its place in a signature."""
     kind: Any
     """Type."""
-    about: str
+    description: str
     """Meaning."""
 
 
@@ -158,7 +158,7 @@ def shared_options(function: Callable[..., Any]) -> dict[str, SharedOption]:
 def _keys(group: type) -> dict[str, SharedOption]:
     options: dict[str, SharedOption] = {}
     for name, hint in get_type_hints(group, include_extras=True).items():
-        kind, about, *default = get_args(hint)
+        kind, description, *default = get_args(hint)
         # The type as it is written, such as Changes, reads better than the type in full.
         expression: Any = ast.parse(group.__annotations__[name].__forward_arg__, mode="eval")
         parameter = inspect.Parameter(
@@ -167,14 +167,16 @@ def _keys(group: type) -> dict[str, SharedOption]:
             default=default[0] if default else None,
             annotation=ast.unparse(expression.body.slice.elts[0]),
         )
-        options[name] = SharedOption(parameter, kind, about)
+        options[name] = SharedOption(parameter, kind, description)
     return options
 
 
 def _with_arguments(docstring: str | None, shared: Mapping[str, SharedOption]) -> str:
     """Return a docstring with further entries at the end of its list of arguments."""
     entries = [
-        textwrap.fill(f"{name}: {x.about}.", 96, initial_indent="    ", subsequent_indent=" " * 8)
+        textwrap.fill(
+            f"{name}: {x.description}.", 96, initial_indent="    ", subsequent_indent=" " * 8
+        )
         for name, x in shared.items()
     ]
     blocks = inspect.cleandoc(docstring or "").split("\n\n")
@@ -393,7 +395,7 @@ def field_text(owner: type, name: str) -> str:
     return ""
 
 
-def about(function: Callable[..., Any]) -> str:
+def description_of(function: Callable[..., Any]) -> str:
     """Return the docstring of a function before its arguments and examples."""
     parsed = docstring_parser.parse(inspect.getdoc(function) or "")
     return "\n\n".join(filter(None, [parsed.short_description, parsed.long_description]))

@@ -283,13 +283,13 @@ def train(
     Example:
         >>> train("ART", seeds=4, out="runs/art").plot()  # doctest: +SKIP
     """
-    given = {**locals(), **options}
-    del given["options"]
+    arguments = {**locals(), **options}
+    del arguments["options"]
     require_count("seeds", seeds, most=MOST_SEEDS)
     require_count("first_seed", first_seed, least=0, most=2**31 - 1 - seeds)
-    trainee = _trainee(**given)
-    named = {x: None for x in ("body", "fitness") if not isinstance(given[x], Mapping)}
-    values = filled({**given, **named, "algorithm": trainee.settings}, trainee.defaults())
+    trainee = _trainee(**arguments)
+    by_name = {x: None for x in ("body", "fitness") if not isinstance(arguments[x], Mapping)}
+    values = filled({**arguments, **by_name, "algorithm": trainee.settings}, trainee.defaults())
     _, adjusted = _options_of(trainee.experiment)
     experiment = adjusted(trainee.experiment, vars(values))
     learner = trainee.learner(values, experiment)

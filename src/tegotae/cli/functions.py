@@ -16,7 +16,7 @@ from tegotae.api.parameters import (
     InShell,
     Option,
     Values,
-    about,
+    description_of,
     facts_of,
     options_of,
 )
@@ -99,12 +99,12 @@ class FunctionCall:
 
     def help(self) -> NoReturn:
         """Print the help: of the named subject, or of the command."""
-        shared, text, footer = self._shared(), about(self.function), ""
+        shared, text, footer = self._shared(), description_of(self.function), ""
         depends = self.is_about_controllers or self.facts.defaults
         if self.names or not depends or (self.options and not self.names_needed):
             bound = self._bound()
             options = {**bound.options, **shared, **_only(bound.options, "out")}
-            text = about(bound.function)
+            text = description_of(bound.function)
         else:
             options = shared | self._common()
             footer = f"\n\n{self.facts.names or NAMES} {self.prog} NAME --help lists its options."
@@ -164,8 +164,8 @@ class FunctionCall:
         }
         kinds = [*options_by_subject(self.command).values()]
         first, *further = kinds[1:] or kinds
-        alike = {name: x for name, x in first.items() if all(y.get(name) == x for y in further)}
-        return loading | {name: x for name, x in alike.items() if not x.heading}
+        common = {name: x for name, x in first.items() if all(y.get(name) == x for y in further)}
+        return loading | {name: x for name, x in common.items() if not x.heading}
 
     def _bound(self) -> _Bound:
         """Return the function of the named subject, with its defaults.

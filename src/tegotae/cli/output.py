@@ -137,9 +137,11 @@ def output_options(function: Callable[..., Any], facts: InShell) -> dict[str, Op
     elif issubclass(result_class, Files):
         contents = "Folder of the files."
     if facts.writes != "nothing":
-        contents = f"{contents or options['out'].about} Named after command and name by default."
+        contents = (
+            f"{contents or options['out'].description} Named after command and name by default."
+        )
     if contents:
-        options["out"] = dataclasses.replace(options["out"], about=contents)
+        options["out"] = dataclasses.replace(options["out"], description=contents)
     return options
 
 

@@ -156,7 +156,7 @@ def help_text(
 def _lines(option: Option) -> list[str]:
     """Return the lines of help about an option."""
     first = f"  {flag_of(option)} {metavar(option.kind)}".rstrip()
-    text = option.about + _default(option.value)
+    text = option.description + _default(option.value)
     indent = " " * _WIDE
     below = textwrap.wrap(text, WIDTH, initial_indent=indent, subsequent_indent=indent) or [""]
     if len(first) <= _WIDE - 2:
