@@ -83,7 +83,9 @@ def has(controller: Controller, body: Body) -> bool:
 
 
 def is_present(controller: Controller, body: Body) -> bool:
-    """Return whether the engine that comes with the package is of the present code."""
+    """Return whether the package has the engine, of its present code."""
+    if not has(controller, body):
+        return False
     source = program_source(Program(controller, body))
     return _cached(controller, body).get("source") == _hash_of(source)
 

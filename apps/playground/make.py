@@ -19,17 +19,23 @@ FOLDER = Path(__file__).parent / "engines"
 
 
 def main() -> None:
-    """Compile an engine for every standard controller on every standard body."""
-    for old in FOLDER.glob("*.*"):
-        old.unlink()
+    """Compile an engine for every standard controller on every standard body, where it is not of
+    the present code."""
+    files = set()
     for title, controller, body in engine_bodies():
-        key = engine_cache.engine_name(controller, body)
         wasm = re.sub(r"\W+", "-", title) + ".wasm.gz"
+        document = f"{engine_cache.engine_name(controller, body)}.json"
+        files |= {wasm, document}
+        if engine_cache.is_present(controller, body):
+            continue
         engine = engine_cache.compile_engine(controller, body)
         write_atomically(FOLDER / wasm, engine.wasm)
         text = json.dumps(engine_cache.engine_document(engine, title, wasm), separators=(",", ":"))
-        write_atomically(FOLDER / f"{key}.json", text + "\n")
+        write_atomically(FOLDER / document, text + "\n")
         print(f"{title}: {len(engine.wasm)} bytes gzipped")
+    for old in FOLDER.glob("*.*"):
+        if old.name not in files:
+            old.unlink()
 
 
 def engine_bodies() -> Iterator[tuple[str, Controller, Body]]:

@@ -285,6 +285,40 @@ def test_energy_is_never_created_without_the_actuator(body, releases):
     assert not out.impulse_ns.any()
 
 
+# Dry friction of the leg.
+
+RUBBING = Hopper(damping_ns_per_m=0.0, leg_friction_n=0.2)
+"""An oscillator in stance of which each half cycle is shorter by 2 f / k = 0.08 m."""
+REST_M = 1.0 - RUBBING.weight_n / RUBBING.stiffness_n_per_m
+
+
+@pytest.mark.parametrize("dtype", ["float64", "float32"])
+def test_dry_friction_shortens_each_half_cycle_by_the_same_length_and_then_holds(dtype):
+    motion = advance(RUBBING, REST_M - 0.15, 0.0, 3.0, dtype=dtype)
+    half_cycle_s = math.pi / RUBBING.natural_frequency_rad_per_s
+    for time_s, height_m in ((half_cycle_s, 0.07), (2.0 * half_cycle_s, 0.01)):
+        index = round(time_s / TICK_S)
+        assert motion.height[index] == pytest.approx(REST_M + height_m, abs=2e-4)
+    held = motion.height[motion.time > 2.1 * half_cycle_s]
+    assert np.ptp(held) < 1e-6
+    assert held[0] == pytest.approx(REST_M + 0.01, abs=2e-4)
+
+
+def test_a_leg_that_its_friction_holds_stays_where_it_is():
+    motion = advance(RUBBING, REST_M + 0.03, 0.0, 1.0)
+    np.testing.assert_allclose(motion.height, REST_M + 0.03, atol=1e-12)
+    moved = advance(RUBBING, REST_M - 0.03, 0.0, 1.0, force=0.06)
+    assert moved.height[-1] > REST_M - 0.029, "the spring has 0.15 N, the actuator 0.06 N"
+
+
+def test_dry_friction_takes_energy_from_every_hop_and_none_from_flight():
+    motion = advance(RUBBING, 1.2, 0.0, 3.0)
+    _, heights = apexes(motion)
+    assert (np.diff([1.2, *heights]) < 0.0).all()
+    falling = advance(RUBBING, 1.5, 2.0, 0.5)
+    np.testing.assert_array_equal(falling.height, advance(Hopper(), 1.5, 2.0, 0.5).height)
+
+
 # Springs of another law.
 
 

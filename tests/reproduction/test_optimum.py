@@ -451,6 +451,7 @@ class Wheel:
             lambda: largest_cot_inverse(Hertz(), 4.0),
             "Hopper on its linear spring; the body is a Hertz",
         ),
+        (lambda: largest_cot_inverse(Hopper(leg_friction_n=0.1), 4.0), "leg_friction_n is 0.1"),
         (lambda: largest_cot_inverse(HOPPER, 0.0), "omega is 0; it must be greater than 0"),
         (lambda: largest_cot_inverse(HOPPER, math.nan), "omega is nan"),
         (lambda: largest_cot_inverse(HOPPER, 60.0), "this hopper hops at 5.* rad/s at most"),

@@ -3,6 +3,7 @@
 const PLAIN = {
   mass_kg: ["mass a leg [kg]", 0.05, 0.25, 0.005],
   stiffness_n_per_m: ["stiffness k [N/m]", 2, 15, 0.25],
+  leg_friction_n: ["dry friction of the leg [N]", 0, 0.5, 0.01],
   gravity_m_per_s2: ["gravity g [m/s²]", 1.6, 15, 0.1],
   inertia_ratio: ["inertia ratio j", 0.3, 2.5, 0.05],
   pitch_inertia_ratio: ["pitch inertia j_p", 0.3, 2.5, 0.05],

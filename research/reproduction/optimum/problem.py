@@ -49,6 +49,10 @@ def check(body: Body, omega: float | None = None, work: str = "absolute") -> Hop
             f"max_force_n is {body.max_force_n:g}; the optimum needs a largest force above the "
             f"weight of {body.weight_n:g} N"
         )
+    if body.leg_friction_n != 0.0:
+        raise TegotaeError(
+            f"leg_friction_n is {body.leg_friction_n:g}; the optimum is known without it, 0"
+        )
     if omega is not None:
         require_finite("omega", omega, above=0.0)
     check_work(work)

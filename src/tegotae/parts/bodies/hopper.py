@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from tegotae._support.documents import later
 from tegotae._support.errors import TegotaeError
 from tegotae._support.transforms import cond
 from tegotae.parts._shapes import Number
@@ -52,6 +53,9 @@ class Hopper(Body):
     mechanics, not those printed in the paper. Defaults: the paper prints no numbers; these are
     the ones of its co-author's public program.
 
+    A leg with dry friction f (`leg_friction_n`) has a further force in stance: -f sign(ẏ), or what
+    holds the leg still where this is less. It is constant over a control tick.
+
     A subclass that overrides `spring` has another law F_k(d) of the depth d = l0 + h - y.
 
     Raises:
@@ -79,6 +83,8 @@ class Hopper(Body):
     """Largest actuator force α [N]."""
     flight_damping_ns_per_m: float = not_negative(0.0)
     """Damping of the body in flight [N s/m]; 0 in the paper."""
+    leg_friction_n: float = later(not_negative(0.0))
+    """Coulomb friction of the leg f, in stance [N]; 0 in the paper."""
 
     @property
     def weight_n(self) -> float:
@@ -239,11 +245,23 @@ class Hopper(Body):
         )
 
     def _acceleration(
-        self, law: Law, stance: jax.Array, x: jax.Array, v: jax.Array, time_s: Number
+        self, law: Law, stance: jax.Array, x: jax.Array, v: jax.Array, time_s: Number = 0.0
     ) -> jax.Array:
-        """ẍ of a leg whose spring is not linear, a time after the start [m/s²]."""
+        """ẍ a time after the start [m/s²]."""
+        push = law.push + law.rise * time_s
+        if self.is_linear:
+            return push - law.stiffness * x - law.damping * v
         spring = jnp.where(stance, self.spring(jnp.maximum(-x, 0.0)), 0.0) / self.mass_kg
-        return law.push + law.rise * time_s + spring - law.damping * v
+        return push + spring - law.damping * v
+
+    def _friction(
+        self, law: Law, stance: jax.Array, x: jax.Array, v: jax.Array, tick_s: jax.Array
+    ) -> jax.Array:
+        """Return the acceleration by the leg's dry friction, held over a tick [m/s²]: it brings the
+        leg to rest if it can."""
+        most = jnp.where(stance, self.leg_friction_n / self.mass_kg, 0.0)
+        acceleration = self._acceleration(law, stance, x, v)
+        return jnp.clip(-(v / tick_s + acceleration), -most, most)
 
     def _motion(self, law: Law, stance: jax.Array, x: jax.Array, v: jax.Array) -> Motion:
         """The motion in stance or in flight, lane by lane."""
@@ -258,10 +276,8 @@ class Hopper(Body):
         x0, v0 = state.height - (self.rest_length_m + ground_m), state.velocity
         stance = x0 < 0.0
         law = self._law(stance, force_n, 0.0)
-        if self.is_linear:
-            acceleration = law.push - law.stiffness * x0 - law.damping * v0
-        else:
-            acceleration = self._acceleration(law, stance, x0, v0, 0.0)
+        acceleration = self._acceleration(law, stance, x0, v0)
+        acceleration = acceleration + self._friction(law, stance, x0, v0, tick_s)
         travel = tick_s * (v0 + 0.5 * tick_s * acceleration)
         crosses = (x0 + travel < 0.0) != stance
         crossing = jnp.where(crosses, -x0 / jnp.where(crosses, travel, 1.0), 1.0)
@@ -283,6 +299,8 @@ class Hopper(Body):
         stance = x0 < 0.0
         held = self._law(stance, push.mean_n, 0.0)
         rising = self._law(stance, push.mean_n - 0.5 * push.rise_n, push.rise_n / tick_s)
+        friction = self._friction(held, stance, x0, v0, tick_s)
+        held, rising = (law._replace(push=law.push + friction) for law in (held, rising))
         x_whole, v_whole = self._motion(rising, stance, x0, v0).after(tick_s)
         crosses = (x_whole < 0.0) != stance
 
@@ -290,8 +308,10 @@ class Hopper(Body):
             motion = self._motion(held, stance, x0, v0)
             crossing = jnp.where(crosses, crossing_time(motion, tick_s), tick_s)
             _, v_cross = motion.after(crossing)
-            second_law = self._law(~stance, push.mean_n, 0.0)
-            beyond = self._motion(second_law, ~stance, jnp.zeros_like(x0), v_cross)
+            second, at_rest_length = self._law(~stance, push.mean_n, 0.0), jnp.zeros_like(x0)
+            friction = self._friction(second, ~stance, at_rest_length, v_cross, tick_s)
+            second = second._replace(push=second.push + friction)
+            beyond = self._motion(second, ~stance, at_rest_length, v_cross)
             x1, v1 = beyond.after(tick_s - crossing)
             pick = partial(jnp.where, crosses)
             return crossing, pick(v_cross, v_whole), pick(x1, x_whole), pick(v1, v_whole)
