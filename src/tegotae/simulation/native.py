@@ -191,7 +191,11 @@ class _Like(NamedTuple):
 
 def _new_arrays(shapes: Any) -> Any:
     """Arrays of these shapes, to be filled."""
-    return jax.tree.map(lambda x: np.empty(x.shape, x.dtype), shapes)
+
+    def new_array(like: jax.ShapeDtypeStruct) -> np.ndarray:
+        return np.empty(like.shape, like.dtype)
+
+    return jax.tree.map(new_array, shapes)
 
 
 def _put(results: Any, lanes: slice, values: Any) -> None:
