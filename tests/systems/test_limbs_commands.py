@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 from places import TESTS
-from programs import main
 from tegotae import Experiment, Rollout, Scenario, TegotaeError, Timing
 from tegotae.analysis.maps import map_basin
 from tegotae.analysis.orbit import find_orbit
@@ -90,19 +89,6 @@ def test_an_episode_of_training_starts_the_limbs_apart(experiment):
 def test_a_start_that_the_body_cannot_take_is_refused(experiment, changed, message):
     with pytest.raises(TegotaeError, match=message):
         replace(experiment, changed)
-
-
-@pytest.mark.thorough
-def test_a_training_that_goes_on_ends_in_the_numbers_of_one_that_was_not_stopped(tmp_path):
-    def train(out: str, generations: int) -> list[np.ndarray]:
-        words = ["--seeds", "2", "--population", "4", "--generations", str(generations), "--to-cap"]
-        assert main(["train", EXPERIMENT, *words, "--out", str(tmp_path / out)]) == 0
-        files = [tmp_path / out / f"two-legs-seed{seed}.json" for seed in range(2)]
-        return [controller_file.load(path).weights for path in files]
-
-    begun, ended = train("stopped", 1), train("stopped", 3)
-    np.testing.assert_array_equal(ended, train("whole", 3))
-    assert np.shape(begun) == np.shape(ended)
 
 
 # What is for one limb

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
-import signal
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -93,37 +91,6 @@ def test_the_search_finds_something_better_than_it_began_with(trained):
         assert training["algorithm"]["name"] == "climb"
         assert training["generations"] == 3
         assert training["best_fitness"] > 1.0
-
-
-KILLED = """
-import os, signal, sys
-from pathlib import Path
-import conftest  # the tests' promotion rules: with others XLA may round otherwise
-from tegotae.systems.registry import imported
-parts = imported(sys.argv[1])
-from users_training import run_of
-from tegotae.training.run import train
-
-def kill(step):
-    if step.done == 2:
-        os.kill(os.getpid(), signal.SIGKILL)
-
-train(run_of(parts), Path(sys.argv[2]), on_step=kill)
-"""
-
-
-def test_a_killed_training_goes_on_and_ends_in_the_same_numbers(parts, trained, tmp_path):
-    tests = [str(FILE.parents[1]), *sys.path]
-    killed = subprocess.run(
-        [sys.executable, "-c", KILLED, str(FILE), str(tmp_path)],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(tests)},
-        capture_output=True,
-    )
-    assert killed.returncode == -signal.SIGKILL, killed.stderr
-    assert (tmp_path / "checkpoint.npz").exists()
-    for path in train(run_of(parts), tmp_path):
-        complete = controller_file.load(trained / path.name)
-        np.testing.assert_array_equal(controller_file.load(path).weights, complete.weights)
 
 
 def test_options_change_what_they_name_and_nothing_else(parts, tmp_path):

@@ -30,8 +30,11 @@ from tegotae.training.run import Run, train
 # What is written.
 
 
-def test_a_controller_per_seed_is_returned_with_how_it_was_trained(tiny_training, tmp_path):
+def test_a_controller_per_seed_is_returned_with_how_it_was_trained_the_same_in_every_run(
+    tiny_training, tmp_path
+):
     paths = train(tiny.RUN, tmp_path)
+    assert tiny.learned(tmp_path) == tiny.learned(tiny_training)
     assert [path.name for path in paths] == [p.name for p in tiny.controllers(tiny_training)]
     for seed, path in zip(tiny.SEEDS, paths, strict=True):
         saved = controller_file.load(path)
@@ -53,11 +56,6 @@ def test_the_best_distribution_of_the_curves_is_the_one_kept(tiny_training):
         assert len(fitness) == tiny.GENERATIONS
         assert outcome["best_generation"] == int(np.argmax(fitness))
         assert outcome["best_fitness"] == pytest.approx(max(fitness), rel=1e-5)
-
-
-def test_two_runs_end_in_the_same_numbers(tiny_training, tmp_path):
-    train(tiny.RUN, tmp_path)
-    assert tiny.learned(tmp_path) == tiny.learned(tiny_training)
 
 
 def test_a_seeds_result_does_not_depend_on_the_others(tiny_training, tmp_path):
@@ -114,11 +112,10 @@ def test_an_interrupted_training_keeps_what_it_learned_and_goes_on(
     assert tiny.learned(tmp_path) == complete
 
 
-def test_a_finished_training_is_left_as_it_is(tmp_path):
-    train(tiny.RUN, tmp_path)
-    content = tiny.contents(tmp_path)
-    train(tiny.RUN, tmp_path)
-    assert tiny.contents(tmp_path) == content
+def test_a_finished_training_is_left_as_it_is(tiny_training):
+    content = tiny.contents(tiny_training)
+    train(tiny.RUN, tiny_training)
+    assert tiny.contents(tiny_training) == content
 
 
 KILLED = """
