@@ -132,9 +132,22 @@ def matching(patterns: Iterable[str]) -> list[str]:
 # What a change touches
 
 
-def changed_files(since: str) -> set[str]:
-    """Files that differ from a revision; Python code only where it does something else."""
-    base = git("merge-base", since, "HEAD").strip()
+def base_of(since: str) -> str:
+    """The commit from which the changes since a revision are counted: where both have branched.
+
+    Raises:
+        SystemExit: with one line, for a revision that there is not.
+    """
+    outcome = subprocess.run(
+        ["git", "merge-base", since, "HEAD"], cwd=ROOT, capture_output=True, text=True
+    )
+    if outcome.returncode:
+        raise SystemExit(f"there is no revision {since!r} to compare with; name one with --since")
+    return outcome.stdout.strip()
+
+
+def changed_files(base: str) -> set[str]:
+    """Files that differ from a commit; Python code only where it does something else."""
     names = git("diff", "--name-only", "--no-renames", base).splitlines()
     names += git("ls-files", "--others", "--exclude-standard").splitlines()
     return {name for name in names if not name.endswith(".py") or _is_other_code(base, name)}
@@ -215,9 +228,9 @@ def closure(files: Iterable[Path]) -> set[str]:
     return {file.relative_to(ROOT).as_posix() for file in seen}
 
 
-def changed_pins(since: str) -> set[str]:
-    """Pins of which some result has other bits than at a revision."""
-    earlier = earlier_text(git("merge-base", since, "HEAD").strip(), PINS)
+def changed_pins(base: str) -> set[str]:
+    """Pins of which some result has other bits than at a commit."""
+    earlier = earlier_text(base, PINS)
     before = json.loads(earlier)["pins"] if earlier else {}
     present = json.loads((ROOT / PINS).read_text(encoding="utf-8"))["pins"]
     return {name for name in present if before.get(name) != present[name]}
@@ -293,7 +306,8 @@ class Verdict:
 
 def verdicts(since: str) -> list[Verdict]:
     """The artefacts that changes since a revision concern."""
-    changed, pins = changed_files(since), changed_pins(since)
+    base = base_of(since)
+    changed, pins = changed_files(base), changed_pins(base)
     result = []
     for row in artefacts():
         code = sorted(closure(row.scripts) & changed)

@@ -62,7 +62,7 @@ class Flown:
     apex_phase: np.ndarray
     touchdown_time: np.ndarray
     failed: bool
-    """Whether the leg's length reached zero, which ends the rollout."""
+    """True if the leg's length reached zero, which ends the rollout."""
 
 
 def vanilla(sigma: float, actuation: str) -> Law:
@@ -169,7 +169,7 @@ def fly(
 
 
 def is_non_chaotic(law: Law, flown: Flown, *, omega: float, height: float = 1.2, **how) -> bool:
-    """Whether small errors of release and frequency leave every apex of `flown` where it was."""
+    """True if small errors of release and frequency leave every apex of `flown` where it was."""
     return all(
         np.shape(other.apex_height) == np.shape(flown.apex_height)
         and np.all(np.abs(other.apex_height - flown.apex_height) <= MOST_CHANGE_M)

@@ -30,7 +30,7 @@ from research.reproduction.claims.random_effects import crossed
 from research.reproduction.learning.runs import LAW, where
 from research.reproduction.report.markdown import markdown_table
 
-CHOSEN, JUDGED = "chosen", "judged"
+CHOSEN, EVALUATED = "chosen", "judged"
 """Halves of the releases: columns `merit_chosen` and `merit_judged`, likewise `locked_…`."""
 EPISODES = {"all": "merit", "locked to ω": "locked"}
 """Outcomes by the episodes that count."""
@@ -59,7 +59,7 @@ def chosen(runs: pd.DataFrame, outcome: str, by: list[str]) -> pd.DataFrame:
 
 def merits(runs: pd.DataFrame, outcome: str, by: list[str]) -> pd.DataFrame:
     """Return judged merits, a row a group and a column an ω_t."""
-    table = runs.groupby([*by, "omega_t"])[f"{outcome}_{JUDGED}"].mean()
+    table = runs.groupby([*by, "omega_t"])[f"{outcome}_{EVALUATED}"].mean()
     return pd.DataFrame(table.unstack("omega_t"))
 
 
@@ -110,7 +110,7 @@ def contrast_rows(bodies: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     """
     rows = []
     for body, runs in bodies.items():
-        kept = {x: y for x, y in EPISODES.items() if f"{y}_{JUDGED}" in runs}
+        kept = {x: y for x, y in EPISODES.items() if f"{y}_{EVALUATED}" in runs}
         for episodes, outcome in kept.items():
             for name, comparison in comparisons(runs, outcome).items():
                 by_omega = comparison.differences.mean(axis=0)
