@@ -18,8 +18,8 @@ $(if $(FILE),$(if $(wildcard $(FILE)),,$(error READING is $(FILE); there is no s
 STUDY_study := results/$(SCALE)
 STUDY_calibrated := results/$(SCALE)-calibrated
 STUDY := $(if $(FILE),results/$(SCALE)-$(basename $(notdir $(FILE))),$(STUDY_$(READING)))
-TABLES_study := docs/_static/study/paper
-TABLES_calibrated := docs/_static/study-calibrated/calibrated
+TABLES_study := research/reproduction/kept/study/paper
+TABLES_calibrated := research/reproduction/kept/study-calibrated/calibrated
 TABLES := $(if $(FILE),$(STUDY)/tables/runs,$(TABLES_$(READING)))
 # Experiments on single claims, which take longer than the study: a small scale shows those kept.
 # To keep new ones: make experiments EXPERIMENTS=research/experiments
@@ -75,7 +75,7 @@ endif
 
 # The tables and figures of a reading's page, from its study's folder.
 PAGE := $(patsubst %/,%,$(dir $(TABLES)))
-BESIDE_study := docs/_static/study/paper-deviation-0.2.csv docs/_static/study/paper-80x16.csv \
+BESIDE_study := research/reproduction/kept/study/paper-deviation-0.2.csv research/reproduction/kept/study/paper-80x16.csv \
   $(TABLES_calibrated).csv
 BESIDE_calibrated := $(TABLES_study).csv
 # After which training a verdict turns is asked of the study's own reading alone.
@@ -89,7 +89,7 @@ study-tables: $(INSTALLED)
 	  --sampled $(TABLES)-sampled.csv --beside $(BESIDE_$(READING)) \
 	  --calibrated $(TABLES_calibrated).csv \
 	  --experiments $(if $(filter study,$(READING)),research/experiments,$(PAGE)) \
-	  --readings docs/_static/multiverse
+	  --readings research/reproduction/kept/multiverse
 
 experiments: EXPERIMENTS := results/experiments
 experiments: $(INSTALLED)

@@ -34,9 +34,9 @@ NUMBER = re.compile(rf"({_ONE})(?:\s*%)?(?: \[({_ONE})(?: %)?, ({_ONE})(?:\s*%)?
 
 
 def kept_file(name: str) -> Path:
-    """A kept file, by its path in research or else in docs/_static."""
-    place = ROOT / "research" / name
-    return place if place.exists() else KEPT / name
+    """A kept file, by its path in research, in that of the reproduction, or in docs/_static."""
+    folders = (ROOT / "research", ROOT / "research" / "reproduction" / "kept", KEPT)
+    return next((path for at in folders if (path := at / name).exists()), KEPT / name)
 
 
 @cache
@@ -107,7 +107,7 @@ def with_sign(study: str, *intervals: str) -> int:
 
 def decided(study: str, by: str) -> int:
     """How many claims have a verdict at seven frequencies: "By runs" or "By designs"."""
-    text = (KEPT / "learning/claims/claims-by-design.md").read_text(encoding="utf-8")
+    text = kept_file("learning/claims/claims-by-design.md").read_text(encoding="utf-8")
     head, _, *lines = ([x.strip() for x in line.split("|")] for line in text.splitlines())
     words = [line[head.index(by)] for line in lines if line[head.index("Study")] == study]
     return sum(word != "too small to tell" for word in words)
@@ -115,7 +115,7 @@ def decided(study: str, by: str) -> int:
 
 def outcomes(word: str) -> int:
     """How many claims have an outcome that begins with these words, over all ways to count."""
-    text = (KEPT / "study" / "claims.md").read_text(encoding="utf-8")
+    text = kept_file("study/claims.md").read_text(encoding="utf-8")
     return sum(found.startswith(word) for found in re.findall(r"\| \*\*([^*|]+)\*\* \|", text))
 
 
@@ -190,7 +190,7 @@ def endings(study: str) -> pd.Series:
     from research.reproduction.endings import endings
     from research.reproduction.export import read_study_csv
 
-    return pd.Series(asdict(endings(read_study_csv(KEPT / f"{study}.csv"))))
+    return pd.Series(asdict(endings(read_study_csv(kept_file(f"{study}.csv")))))
 
 
 def optimum(omega: float) -> float:
@@ -238,7 +238,7 @@ def readings(
 
     rows = table("multiverse/effects").query("claim == @claim and omega_t == 'both'")
     if among is not None:
-        every, _ = read_tables(KEPT / "multiverse")
+        every, _ = read_tables(kept_file("multiverse"))
         rows = rows[[ALLOWED[among](every[n]) for n in rows.reading]]
     said = rows.verdict == verdict if verdict else rows.effect.notna()
     return int((said & (rows.reading != but)).sum())
@@ -296,7 +296,7 @@ def of_calibrated_optimum(kind: str) -> np.ndarray:
     from research.experiments.calibrated_optimum import best_runs
     from research.reproduction.export import read_study_csv
 
-    rate, value = best_runs(read_study_csv(KEPT / "study-calibrated" / "calibrated.csv"))[kind]
+    rate, value = best_runs(read_study_csv(kept_file("study-calibrated/calibrated.csv")))[kind]
     line = table("study-calibrated/optimum")
     return value / np.interp(rate, line.omega, line.cot_inverse)
 
@@ -459,12 +459,13 @@ def replaced(
 ) -> pd.Series:
     """Whether some form of at most so many numbers keeps so much of a model's merit, of an atlas'
     models in another."""
+    from research.reproduction.learning.forms import leg_controller
     from tegotae.analysis.short_forms import forms_of_a_leg
 
     models = rows(f"atlas/{among}").model.unique().tolist()
     kept = rows(f"atlas/{table}", omega_t=omega_t, best=True, model=models)
     kept = kept[~kept.kind.isin(["does not hop", "one network"])]
-    forms = [x for x, form in forms_of_a_leg().items() if form.on_a_leg().n_weights <= most]
+    forms = [x for x in forms_of_a_leg() if leg_controller(x).n_weights <= most]
     return kept[[f"kept {name}" for name in forms]].max(axis=1) >= share
 
 

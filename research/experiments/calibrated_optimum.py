@@ -4,7 +4,7 @@
     python -m research.experiments.calibrated_optimum --drawn-only  # from the kept table of gaits
 
 Its flight is damped, so that no bound is proved: the line is the best that trajectory optimisation
-found. Written to `docs/_static/study-calibrated` are `optimum.csv`, a row a hop frequency, and
+found. Written to the tables of the calibrated study are `optimum.csv`, a row a hop frequency, and
 `optimum.png`, with the best run of each model of the study.
 """
 
@@ -25,7 +25,7 @@ from tegotae._support.tables import parse_numbers, read_csv
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.systems.recipe import recipe
 
-FOLDER = Path(__file__).resolve().parents[2] / "docs" / "_static" / "study-calibrated"
+FOLDER = Path(__file__).resolve().parents[2] / "research" / "reproduction/kept/study-calibrated"
 BODY = reading_named("calibrated").applied(recipe("V-sector-w8").experiment()).body
 """Body of `make reproduce READING=calibrated`."""
 OMEGAS = (2.0, 3.0, 4.0, *np.arange(5.0, 10.01, 0.25).tolist(), 11.0, 12.0, 13.0, 14.0)

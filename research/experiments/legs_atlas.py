@@ -8,7 +8,7 @@ Every run of the zoo's study `legs` that has feedback is explained as `tegotae e
 forms are tried for the run of each family that its study selects, with one seed. A folder keeps
 every controller, so that an interrupted call goes on.
 
-Written to `docs/_static/atlas` are `legs.csv`, a row a run, and `legs.md`.
+Written to `research/reproduction/kept/atlas` are `legs.csv`, a row a run, and `legs.md`.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from tegotae.systems.controller_file import load
 from tegotae.systems.resolve import resolve
 from tegotae.systems.zoo import study_of
 
-TABLES = Path(__file__).resolve().parents[2] / "docs" / "_static" / "atlas"
+TABLES = Path(__file__).resolve().parents[2] / "research" / "reproduction/kept/atlas"
 BODY, STUDY = "quadruped-c", "legs"
 """The quadruped, and the zoo's study of its laws."""
 GENERATIONS = 60

@@ -3,7 +3,7 @@
     python -m research.experiments.two_readings
 
 reads the tables of both studies (`make study-tables`, `make study-tables READING=calibrated`), and
-writes `two_readings.md` and `two_readings.png` to `docs/_static/study-calibrated`.
+writes `two_readings.md` and `two_readings.png` to `research/reproduction/kept/study-calibrated`.
 """
 
 from __future__ import annotations
@@ -24,11 +24,14 @@ from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, sty
 from tegotae.measures.statistics import Interval, interval
 from tegotae.systems.recipe import recipe
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+KEPT = Path(__file__).resolve().parents[1] / "reproduction" / "kept"
 READINGS = {
-    "the study": (DOCS / "_static" / "study" / "paper.csv", Hopper().weight_n),
+    "the study": (
+        KEPT / "study" / "paper.csv",
+        Hopper().weight_n,
+    ),
     "calibrated": (
-        DOCS / "_static" / "study-calibrated" / "calibrated.csv",
+        KEPT / "study-calibrated" / "calibrated.csv",
         reading_named("calibrated").applied(recipe("V-sector-w8").experiment()).body.weight_n,
     ),
 }
@@ -149,7 +152,7 @@ def _cell(estimate: Interval, digits: int) -> str:
 class TwoReadings:
     """Write the table and the figure."""
 
-    out: Path = DOCS / "_static" / "study-calibrated"
+    out: Path = KEPT / "study-calibrated"
     """Folder of the table and the figure."""
 
     def run(self) -> None:

@@ -60,7 +60,7 @@ COMMANDS: Mapping[str, Command | CommandGroup] = {
     ),
     "atlas": Command(
         "research.reproduction.commands.learning:StudyAtlas",
-        "python -m research.reproduction atlas --dir results/paper --out docs/_static/atlas",
+        "python -m research.reproduction atlas --dir results/paper --out tables/atlas",
         "python -m research.reproduction atlas --dir study --out tables --models 'AR*'",
     ),
     "merge": Command(

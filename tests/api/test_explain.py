@@ -22,6 +22,7 @@ from tegotae.analysis.explanation import (
 )
 from tegotae.parts import oscillators, terms
 from tegotae.systems.term_sets import LAWS
+from tegotae.systems.vanilla import PRESETS
 
 SHORT = {"duration_s": 12.0, "releases": 3, "retune": 0}
 
@@ -166,8 +167,13 @@ def test_what_cannot_be_explained_is_refused_in_one_line(words, said, one_line_e
     assert said in one_line_error("explain", *words)
 
 
+SECTOR = PRESETS["paper"].system("sector")
+
+
 def law(name: str, weights) -> SavedController:
-    return SavedController.from_weights(LAWS[name].on_a_leg(), np.array(weights), 4.0, name=name)
+    return SavedController.from_weights(
+        LAWS[name].controller(SECTOR), np.array(weights), 4.0, name=name
+    )
 
 
 def test_a_form_starts_from_the_curves_that_it_would_have():
@@ -239,7 +245,7 @@ def test_a_form_is_written_as_a_formula_as_terms_and_as_c():
 @pytest.mark.parametrize("name", short_forms.forms_of_a_leg())
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_no_form_is_written_with_two_signs_in_a_row(name, sign):
-    controller = short_forms.forms_of_a_leg()[name].on_a_leg()
+    controller = short_forms.forms_of_a_leg()[name].controller(SECTOR)
     form = SavedController.from_weights(controller, np.full(controller.n_weights, sign * 0.5), 4.0)
     for written in (short_forms.plain_law(form), short_forms.latex(form), short_forms.c_line(form)):
         assert not re.search(r"[+-] ?[+-]", written)

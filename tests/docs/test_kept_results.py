@@ -25,8 +25,9 @@ from research.reproduction.report.markdown import endings_table
 from research.reproduction.report.multiverse import counts_by_claim, shares_table
 from tegotae.systems.recipe import study_recipes
 
-KEPT = ROOT / "docs" / "_static"
+KEPT = ROOT / "research" / "reproduction" / "kept"
 RESEARCH = ROOT / "research"
+CLAIMS = RESEARCH / "reproduction" / "claims_page.md"
 
 
 @pytest.fixture(scope="module")
@@ -148,7 +149,7 @@ def test_effects_in_prose_are_those_of_the_tables(effects):
         for finding in results
         for estimate in finding.by_count.values()
     }
-    text = (ROOT / "docs" / "reproduction/claims.md").read_text(encoding="utf-8")
+    text = CLAIMS.read_text(encoding="utf-8")
     quoted = re.findall(r"[+-]\d+\.\d\d \[-?\d+\.\d\d, -?\d+\.\d\d\]", text)
     assert len(quoted) >= 10
     assert set(quoted) - intervals == set()
@@ -175,7 +176,7 @@ def test_a_learned_force_on_the_phase_is_smoother_than_the_sectors_at_8_rad_per_
 
 
 def test_the_shares_that_the_page_gives_are_those_of_the_table(table):
-    page = (KEPT.parent / "reproduction/claims.md").read_text(encoding="utf-8")
+    page = CLAIMS.read_text(encoding="utf-8")
     for omega in (4.0, 8.0):
         settled = table.where(architecture="V", omega_t=omega)["limit_cycle_share"].mean()
         assert f"{100 * (1 - settled):.0f} %" in page

@@ -11,6 +11,7 @@ import pandas
 import pytest
 
 from pages import DOCS, prose
+from prose_numbers import kept_file
 from tegotae._support.tables import read_csv
 from tegotae.parts.terms import EllipticFoot, Signals
 from tegotae.systems.legged import random_phases
@@ -187,9 +188,8 @@ def test_the_page_says_by_how_much_a_finer_search_beats_the_kept_optimum(study):
 def test_the_table_of_both_readings_follows_from_the_tables_of_their_studies(study):
     two_readings = study("experiments.two_readings")
     summaries = two_readings.estimates_of_readings()
-    assert (KEPT / "study-calibrated" / "two_readings.md").read_text() == two_readings.text(
-        summaries
-    )
+    table = kept_file("study-calibrated/two_readings.md")
+    assert table.read_text() == two_readings.text(summaries)
     text = prose("reproduction/two_readings.md")
     settled = [summary["limit_cycle_share", "V", "F"].mean for summary in summaries.values()]
     assert (
@@ -206,15 +206,17 @@ def test_the_table_of_both_readings_follows_from_the_tables_of_their_studies(stu
 def test_every_kept_table_of_the_hopper_names_its_engine():
     """A table that no row names, or a row without a table, is a line that was forgotten."""
     patterns = re.findall(r"^\| `([^`]+)`", (DOCS / "reproduction" / "tables.md").read_text(), re.M)
-    names = []
-    for root, folders in (
-        (KEPT, (".", "study", "study-calibrated", "multiverse")),
-        (RESEARCH, ("calibration", "convergence", "experiments", "generalisation", "oscillators")),
-    ):
+    names, topics = [], ("calibration", "convergence", "experiments", "generalisation")
+    roots = {
+        KEPT: (".",),
+        RESEARCH / "reproduction" / "kept": ("study", "study-calibrated", "multiverse"),
+        RESEARCH: (*topics, "oscillators"),
+    }
+    for root, folders in roots.items():
         paths = [path for name in folders for path in (root / name).glob("*.csv")]
         names += [path.relative_to(root).as_posix() for path in paths]
     assert [n for n in names if not any(fnmatch.fnmatch(n, p) for p in patterns)] == []
-    assert [p for p in patterns if not [*KEPT.glob(p), *RESEARCH.glob(p)]] == []
+    assert [p for p in patterns if not any([*root.glob(p)] for root in roots)] == []
 
 
 # Lost legs

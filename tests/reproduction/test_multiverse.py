@@ -398,7 +398,7 @@ def test_a_column_counts_the_readings_of_each_claim(trained):
 
 
 def test_readings_that_the_text_allows_are_counted_beside_all():
-    readings, by_reading = read_tables(ROOT / "docs" / "_static" / "multiverse")
+    readings, by_reading = read_tables(ROOT / "research" / "reproduction" / "kept" / "multiverse")
     assert [sum(map(allowed, readings)) for allowed in ALLOWED.values()] == [17, 11]
     only = {number: by_reading[number] for number in (0, 20)}  # 20 damps in flight
     row = next(row for row in shares_table(readings, only).splitlines() if "learned-beats-v" in row)
@@ -407,7 +407,7 @@ def test_readings_that_the_text_allows_are_counted_beside_all():
 
 
 def test_readings_and_bodies_that_statements_chose_say_so():
-    readings, by_reading = read_tables(ROOT / "docs" / "_static" / "multiverse")
+    readings, by_reading = read_tables(ROOT / "research" / "reproduction" / "kept" / "multiverse")
     every, allowed = counts_by_claim(readings, by_reading).values()
     assert every["v-cpgu"] == "22 / 1 / 0, selected for"
     assert sum(map(int, allowed["learned-beats-v"].split(" / "))) == 11

@@ -321,7 +321,7 @@ def test_who_prefers_less_motion_has_to_ask_for_it(page) -> None:
 
 
 def test_it_begins_with_the_main_claim_its_number_and_its_figure(html):
-    table = read_study_csv(ROOT / "docs" / "_static" / "study" / "paper.csv")
+    table = read_study_csv(ROOT / "research" / "reproduction" / "kept" / "study" / "paper.csv")
     results = findings(table, claims=ATOMIC_CLAIMS[:1], resamples=50, options=[Count()])
     first = first_finding(results, table)
     assert first is not None

@@ -310,7 +310,11 @@ def test_a_table_that_does_not_say_its_budgets_is_refused(smoke_study, tmp_path,
 
 
 def test_a_table_with_a_run_twice_is_refused(tmp_path, one_line_error):
-    lines = (ROOT / "docs" / "_static" / "study" / "paper.csv").read_text().splitlines()
+    lines = (
+        (ROOT / "research" / "reproduction" / "kept" / "study" / "paper.csv")
+        .read_text()
+        .splitlines()
+    )
     (tmp_path / "table.csv").write_text("\n".join([*lines, lines[5]]) + "\n")
     message = one_line_error("reproduction", "claims", str(tmp_path / "table.csv"))
     name = f"model {lines[5].split(',')[0]}, run 4"

@@ -8,8 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from research.reproduction.learning.atlas import KINDS, NETWORK, forms_by_numbers
+from research.reproduction.learning.forms import leg_controller
 from research.reproduction.learning.runs import where
-from tegotae.analysis.short_forms import SHARES, forms_of_a_leg
+from tegotae.analysis.short_forms import SHARES
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
 
 _COLOURS = dict(zip(KINDS[:-1], ("#bbbbbb", *COLOURS[1:]), strict=False))
@@ -48,8 +49,7 @@ def _draw_cut(axes: Axes, runs: pd.DataFrame) -> None:
 
 def _replaced(axes: Axes, runs: pd.DataFrame) -> None:
     best = where(runs, runs.best & ~runs.kind.isin([KINDS[0], NETWORK]))
-    forms = forms_of_a_leg()
-    numbers = {name: forms[name].on_a_leg().n_weights for name in forms_by_numbers()}
+    numbers = {name: leg_controller(name).n_weights for name in forms_by_numbers()}
     counts = range(min(numbers.values()), max(numbers.values()) + 1)
     for share, line in zip(SHARES, (":", "--", "-"), strict=True):
         replaced = [

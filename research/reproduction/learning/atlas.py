@@ -11,7 +11,7 @@ import pandas as pd
 
 from research.frame import markdown_table
 from research.reproduction.learning.curves import CurvesOfRuns
-from research.reproduction.learning.forms import FormOfControllers, Retuning
+from research.reproduction.learning.forms import FormOfControllers, Retuning, leg_controller
 from research.reproduction.learning.judged import EvaluatedRuns
 from research.reproduction.learning.runs import concatenate_runs, run_rows, where
 from research.reproduction.record import Record
@@ -68,8 +68,7 @@ def feedback_kinds(runs: pd.DataFrame) -> pd.Series:
 
 def forms_by_numbers() -> list[str]:
     """The library, those of fewest numbers first."""
-    forms = forms_of_a_leg()
-    return sorted(forms, key=lambda name: forms[name].on_a_leg().n_weights)
+    return sorted(forms_of_a_leg(), key=lambda name: leg_controller(name).n_weights)
 
 
 def measure_atlas(
@@ -211,10 +210,9 @@ def _forms_table(runs: pd.DataFrame) -> list[list[str]]:
     """Count the controllers whose shortest form is each form, with the largest merit kept by it."""
     shortest_forms = {share: shortest_form(runs, share) for share in SHARES}
     lines = [["form", "numbers", *(f"keeps {share:.0%}" for share in SHARES), "best merit"]]
-    forms = forms_of_a_leg()
     for form in forms_by_numbers():
         counts = [str((names == form).sum()) for names in shortest_forms.values()]
         best = f"{(runs[f'kept {form}'] * runs.merit).max():.2f}"
-        lines.append([form, str(forms[form].on_a_leg().n_weights), *counts, best])
+        lines.append([form, str(leg_controller(form).n_weights), *counts, best])
     counts = [str((names == NONE).sum()) for names in shortest_forms.values()]
     return [*lines, [NONE, "", *counts, ""]]

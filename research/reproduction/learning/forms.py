@@ -15,7 +15,14 @@ from research.reproduction.unit import record_key
 from tegotae._support.documents import Document
 from tegotae._support.errors import require_count
 from tegotae.analysis.short_forms import forms_of_a_leg, retuned, training_of
+from tegotae.parts.controller import Controller
 from tegotae.study import Arrays, CellResult
+from tegotae.systems.vanilla import PRESETS
+
+
+def leg_controller(form: str) -> Controller:
+    """Return the controller of a short form on the paper's hopper."""
+    return forms_of_a_leg()[form].controller(PRESETS["paper"].system("sector"))
 
 
 @dataclass(frozen=True)
@@ -82,7 +89,7 @@ class FormOfControllers:
     def measure(self) -> CellResult:
         """Its numbers, `weights`, [records, n_weights], and `cloned` and `merit`, [records]:
         the merit with the numbers of the curves, and with those retuned."""
-        controller = forms_of_a_leg()[self.form].on_a_leg()
+        controller = leg_controller(self.form)
         training = training_of(saved_runs(self.records[0])[0], controller)
         n = self.retuning.seeds
         seeds = np.tile(np.arange(n), len(self.records)).tolist()
