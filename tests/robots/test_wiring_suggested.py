@@ -234,6 +234,6 @@ def test_a_leg_whose_pushes_lift_less_than_its_weight_is_told_so_before_and_afte
     assert main(["train", "VG@my_leg.toml", "--duration-s", "4", *short]) == 0
     assert "The best run never leaves the ground; " in capsys.readouterr().out
     (file,) = Path("runs").glob("*-seed0.json")
-    assert file.name == "VG-rF-sector-w8@my_leg-seed0.json"
+    assert file.name == "VG-gF-reflex-w8@my_leg-seed0.json"
     assert main(["simulate", str(file)]) == 0
     assert "It never leaves the ground; " in capsys.readouterr().out
