@@ -45,7 +45,7 @@ def roll_out_native(
     """The summary of every lane, as NumPy arrays, lanes last.
 
     A summary is made of a group of lanes as soon as these have been rolled out, and only its result
-    is kept. `KeptChannels` are copied lane by lane; what is computed takes blocks of 64 lanes.
+    is kept. `KeptChannels` are copied lane by lane; the others are computed of blocks of lanes.
 
     Args:
         program: what is advanced and recorded.
