@@ -65,7 +65,7 @@ def shortened(line: str) -> str:
             line = re.sub(
                 pattern, lambda m, largest=largest: f"{m[1]} {min(float(m[2]), largest):g}", line
             )
-    line = re.sub(r"(--omega \S+ \S+)(?: [\d.]+)+", r"\1", line)  # two frequencies of several
+    line = re.sub(r"(--omega [\d.]+ [\d.]+)(?: [\d.]+)+", r"\1", line)  # two frequencies of several
     if "--animate" in line:
         line = re.sub(r" --duration-s \S+", "", line)
     for command, extra in ADDED.items():
