@@ -257,7 +257,7 @@ def test_a_picture_that_cannot_be_drawn_costs_no_numbers(tmp_path, monkeypatch, 
     def fails(*_):
         raise TegotaeError("the disk is full")
 
-    monkeypatch.setattr("tegotae.api.pictures.animate", fails)
+    monkeypatch.setattr("tegotae.figures.animation.write_animation", fails)
     words = ["simulate", "--duration-s", "0.4", "--animate", str(tmp_path / "hop.gif")]
     assert main(words) != 0
     assert "apexes" in capsys.readouterr().out

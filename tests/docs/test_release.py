@@ -50,7 +50,7 @@ def load(entries):
         load(entry.commands) if isinstance(entry, CommandGroup) else entry.load()
 
 load(COMMANDS)
-import tegotae_robots.c, tegotae_robots.live, tegotae.api.pictures, tegotae.training.run
+import tegotae_robots.c, tegotae_robots.live, tegotae.figures.animation, tegotae.training.run
 """
 
 

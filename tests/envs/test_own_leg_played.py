@@ -16,7 +16,6 @@ pytest.importorskip("gymnasium")
 from tegotae import TegotaeError
 from tegotae.analysis.generalisation.disturbances import disturbances_named, joined, of_lanes
 from tegotae.analysis.generalisation.on_environment import EnvironmentUnderTest, _push
-from tegotae.api.pictures import animate
 from tegotae.cli import main
 from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.envs.wrapper import Pilot
@@ -218,7 +217,7 @@ def test_a_machine_that_cannot_draw_says_so_in_one_line(played, monkeypatch, tmp
 
     monkeypatch.setattr(filming, "import_module", fails)
     with pytest.raises(TegotaeError, match="needs EGL or OSMesa") as raised:
-        animate(played, tmp_path / "leg.gif")
+        filming.write_animation(lambda: filming.film_animation(played), tmp_path / "leg.gif")
     assert "\n" not in str(raised.value)
 
 

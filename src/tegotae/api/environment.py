@@ -21,7 +21,10 @@ from tegotae.training.environments.objectives import Hopping
 from tegotae.training.environments.replay import Replay, lasting, replay
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from tegotae.analysis.generalisation.disturbances import Tested
+    from tegotae.figures.animation import Animation
 
 
 _ON_ENGINE = (
@@ -117,16 +120,18 @@ class EnvironmentController(LoadedController):
         options = filled(locals(), self.defaults())
         experiment = lasting(self.experiment, options.duration_s)
         (played,) = replay(experiment, [self.weights])
-        reason = played.why_on_ground()
+        reason, title = played.why_on_ground(), f"an episode on {experiment.spec.env}"
         return Recording(
             name=self.name,
-            title=f"an episode on {experiment.spec.env}",
+            title=title,
             raw=played,
             numbers=played.numbers(),
             columns=metric_columns(ROBOTS.metrics()),
             rows=lambda: _series(played),
             settings=vars(options),
             notes=(f"It {reason}.",) if reason else (),
+            draw=lambda: _figures(played, f"{self.name}: {title}"),
+            film=lambda: _animation(played),
         )
 
     @check_types
@@ -193,6 +198,26 @@ class EnvironmentController(LoadedController):
         from tegotae.analysis.generalisation.on_environment import EnvironmentUnderTest
 
         return EnvironmentUnderTest.from_runs(self.runs, starts)
+
+
+def _figures(played: Replay, title: str) -> dict[str, Figure]:
+    """Draw the gait like a recording's if its hops can be measured, and loads and phases."""
+    from tegotae.figures.recording import recording_figure
+    from tegotae.figures.rollout import episode_figure
+    from tegotae.figures.style import literal_text
+
+    measured, rest_length_m = played.episode.hopping, played.experiment.wiring.rest_length_m
+    title = literal_text(title)
+    loads = {"loads": episode_figure(played, note=title)}
+    if measured is None or rest_length_m is None:
+        return loads
+    return {"gait": recording_figure(measured, rest_length_m=rest_length_m, note=title), **loads}
+
+
+def _animation(played: Replay) -> Animation:
+    from tegotae.figures.animation import film_animation
+
+    return film_animation(played)
 
 
 def _series(played: Replay) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, TypedDict, Unpack
+from typing import TYPE_CHECKING, Annotated, Any, TypedDict, Unpack
 
 import numpy as np
 
@@ -26,6 +26,11 @@ from tegotae.simulation.rollout import Timing
 from tegotae.simulation.timing import MOST_TICKS
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.system import Release
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from tegotae.figures.animation import Animation
 
 SERIES = (
     *("time_s", "height_m", "velocity_m_per_s", "phase_rad", "spring_force_n"),
@@ -157,6 +162,8 @@ class HopperController(LoadedController):
             },
             settings=vars(values),
             notes=notes,
+            draw=lambda: _figures(result),
+            film=lambda: _animation(result),
         )
 
     def _rolled_out(self, values: Any) -> Result:
@@ -246,3 +253,15 @@ class HopperController(LoadedController):
                 "cycles. – is undefined, * means that some runs are."
             ],
         )
+
+
+def _figures(result: Result) -> dict[str, Figure]:
+    from tegotae.figures.rollout import rollout_figure
+
+    return {"rollout": rollout_figure(result)}
+
+
+def _animation(result: Result) -> Animation:
+    from tegotae.figures.animation import animation
+
+    return animation(result)

@@ -28,6 +28,7 @@ from tegotae.measures.statistics import UNDEFINED
 if TYPE_CHECKING:
     from matplotlib import figure as matplotlib_figure
 
+    from tegotae.figures.animation import Animation
     from tegotae.figures.style import Table as Columns
 
 DIGITS = 9
@@ -229,8 +230,7 @@ class Table(ResultBase):
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class Recording(ResultBase):
-    """Recording of one rollout. Its table is the time series; `raw` is the simulator's result,
-    which chooses the figures (`tegotae.api.pictures`)."""
+    """Recording of one rollout. Its table is the time series; `raw` is the simulator's result."""
 
     name: str
     """Name of the controller."""
@@ -241,6 +241,8 @@ class Recording(ResultBase):
     """Options of the rollout."""
     limbs: pd.DataFrame | None = None
     """Numbers of each limb."""
+    film: Callable[[], Animation]
+    """Function that makes the animation."""
 
     def texts(self) -> list[pd.DataFrame]:
         values = [(c.heading, self.numbers.get(c.name)) for c in self.columns]
@@ -253,11 +255,6 @@ class Recording(ResultBase):
         header = {"name": self.name, "outcome": self.title, "settings": self.settings}
         return as_json({**header, **self.numbers})
 
-    def figures(self) -> Mapping[str, matplotlib_figure.Figure]:
-        from tegotae.api.pictures import figures
-
-        return figures(self.raw, f"{self.name}: {self.title}")
-
     def animate(self, path: Path | str | None = None) -> Film:
         """Make an animation, and write it to a file if there is a path.
 
@@ -267,13 +264,13 @@ class Recording(ResultBase):
         Raises:
             TegotaeError: for another ending, or a file that cannot be written.
         """
-        from tegotae.api.pictures import animate
+        from tegotae.figures.animation import write_animation
 
         if path is not None:
-            written_path = animate(self.raw, Path(path))
+            written_path = write_animation(self.film, path)
             return Film(written_path.read_bytes(), written_path)
         with TemporaryDirectory() as folder:
-            return Film(animate(self.raw, Path(folder) / "film.gif").read_bytes())
+            return Film(write_animation(self.film, Path(folder) / "film.gif").read_bytes())
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)

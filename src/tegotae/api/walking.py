@@ -6,12 +6,12 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, TypedDict, Unpack
+from typing import TYPE_CHECKING, Annotated, Any, TypedDict, Unpack
 
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.analysis.gaits.releases import release_all, simulate_gaits
+from tegotae.analysis.gaits.releases import GaitRun, release_all, simulate_gaits
 from tegotae.api.controller import Changes, LoadedController, MetricOptions, Subject
 from tegotae.api.evaluations import EvaluationTable
 from tegotae.api.parameters import Values, check_types, filled
@@ -28,6 +28,11 @@ from tegotae.parts.bodies import Body, Sensors
 from tegotae.parts.fields import replace, unwrapped
 from tegotae.systems.legged import Legged, felt
 from tegotae.systems.parts_by_name import terrain_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from tegotae.figures.animation import Animation
 
 
 class GroundOptions(TypedDict, total=False):
@@ -167,6 +172,8 @@ class WalkerController(LoadedController):
             ),
             rows=lambda: run.series,
             settings=vars(values),
+            draw=lambda: _figures(run, f"{self.name}: {run.gait}"),
+            film=lambda: _animation(run),
             limbs=run.limbs,
         )
 
@@ -221,6 +228,20 @@ class WalkerController(LoadedController):
         return self._measurements(
             rows, (*measured, Column(GAIT, "gait")), options, groups=("controller", "omega")
         )
+
+
+def _figures(run: GaitRun, title: str) -> dict[str, Figure]:
+    from tegotae.figures.gaits.lags import footfall_figure, lags_figure
+    from tegotae.figures.style import literal_text
+
+    title = literal_text(title)
+    return {"footfall": footfall_figure(run, title), "lags": lags_figure(run, title)}
+
+
+def _animation(run: GaitRun) -> Animation:
+    from tegotae.figures.gaits.animation import gait_animation
+
+    return gait_animation(run)
 
 
 def _frequencies(options: Any) -> tuple[float, ...]:

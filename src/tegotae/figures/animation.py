@@ -47,6 +47,22 @@ class Animation(FuncAnimation):
     """Empty where the background moves, too."""
 
 
+def write_animation(make: Callable[[], Animation], path: Path | str) -> Path:
+    """Make an animation, and write it, whole or not at all.
+
+    Args:
+        make: function that makes it.
+        path: the file (.gif; or .mp4, which needs ffmpeg).
+
+    Raises:
+        TegotaeError: for what cannot be drawn, another ending, a missing ffmpeg, or a file that
+            cannot be written.
+    """
+    path = animation_file(path)
+    with styled():
+        return save_animation(make(), path)
+
+
 def save_animation(moving: Animation, path: Path) -> Path:
     """Write an animation to a file that `animation_file` has looked at.
 
