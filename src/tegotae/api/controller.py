@@ -307,13 +307,13 @@ class LoadedController:
     def _measurements(
         self, rows: Any, columns: tuple[Column, ...], options: Any, **fields: Any
     ) -> EvaluationTable:
-        """The measurements of the runs, with the facts about their training.
+        """Return the measurements of the runs, with the facts about their training.
 
         Args:
             rows: columns by name, or a dict a row.
             columns: measured quantities.
             options: options of the evaluation.
-            more: fields of the result.
+            fields: further fields of the result.
         """
         runs, training = self.runs, self.runs.training
         drawn = (training.get("conditions") or [], training.get("episodes", 1))

@@ -198,7 +198,7 @@ def _with_distinct_names(
 
 
 def _controller(runs: ControllerSet, legged: Legged | None, source: str) -> LoadedController:
-    """The controllers as one of the three classes.
+    """Return the controllers as one of the three classes.
 
     Args:
         runs: the controllers.

@@ -221,7 +221,7 @@ def _animation(played: Replay) -> Animation:
 
 
 def _series(played: Replay) -> dict[str, Any]:
-    """What was observed and done, rewards, phases; a row a step."""
+    """Return observations, phases, actions and rewards, a row a step."""
     episode, experiment = played.episode, played.experiment
     driven = [limb.entries[0] for limb in experiment.wiring.limbs]
     return {

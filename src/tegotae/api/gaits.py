@@ -41,7 +41,7 @@ def __dir__() -> list[str]:
 
 
 class _Study:
-    """A system with several legs under study.
+    """System with several legs under study.
 
     Args:
         arguments: arguments of the study's function, the shared ones in `options`.
@@ -98,7 +98,7 @@ class _Study:
         )
 
     def _title(self) -> str:
-        """The system, and its changes, in a few words."""
+        """Return the system and its changes in a few words."""
         from tegotae.figures.gaits.style import in_words
         from tegotae.figures.style import literal_text
 
@@ -129,7 +129,7 @@ _RANGES: dict[str, Any] = {"defaults": lambda controller, **_: _ranges(_walker(c
 
 
 def _walker(controller: Walking) -> WalkerController:
-    """The controller, which must be one of a body with several legs."""
+    """Return the controller, which must be one of a body with several legs."""
     return one(controller, WalkerController, "a gait is how several legs go together")
 
 
@@ -200,7 +200,7 @@ def _lag(mean: float, between: float) -> str:
 
 
 def _around(value: float | None) -> tuple[float, float]:
-    """From half of a value to one and a half of it."""
+    """Return half of a value, and one and a half of it."""
     value = value or 1.0
     return 0.5 * value, 1.5 * value
 

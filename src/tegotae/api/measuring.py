@@ -44,7 +44,7 @@ def check_recording(file: object) -> None:
 
 
 def _known_body(options: Any) -> Body | None:
-    """The recorded body, where it is named.
+    """Return the recorded body, if it is named.
 
     Raises:
         TegotaeError: for an unknown name, or two.
@@ -57,8 +57,8 @@ def _known_body(options: Any) -> Body | None:
     return body_called(body) if isinstance(body, str) else body
 
 
-def _of_the_leg(options: Any, body: Body | None) -> dict[str, float | None]:
-    """Its numbers: as they are given, or else the body's.
+def _leg_numbers(options: Any, body: Body | None) -> dict[str, float | None]:
+    """Return the numbers of the leg: those of the options, or else those of the body.
 
     Raises:
         TegotaeError: for two that contradict each other.
@@ -80,7 +80,7 @@ def _of_the_leg(options: Any, body: Body | None) -> dict[str, float | None]:
 
 
 def _weight_n(leg: Mapping[str, float | None]) -> float | None:
-    """The weight of the body [N], if its mass is known."""
+    """Return the weight of the body [N], if its mass is known."""
     mass, gravity = leg["mass_kg"], leg["gravity_m_per_s2"]
     if mass is None:
         return None
@@ -91,12 +91,12 @@ def _weight_n(leg: Mapping[str, float | None]) -> float | None:
 
 
 def _result(measured: Measured, rest_length_m: float, weight_n: float | None) -> Table:
-    """The result.
+    """Return the metrics as a table, with the figure of the recording.
 
     Args:
         measured: the metrics.
-        rest_length_m: of the leg [m].
-        weight_n: of the body [N], if it is known.
+        rest_length_m: rest length of the leg [m].
+        weight_n: weight of the body [N], if it is known.
     """
     regime, hops = REGIMES[measured.regime], measured.hops
     # Why there is no limit cycle is said once, not by each metric that needs one.
@@ -228,7 +228,7 @@ def measure(
     options = filled(locals(), {"limit_cycle": _LIMIT_CYCLE})
     check_recording(file)
     mechanics = _known_body(options)
-    leg = _of_the_leg(options, mechanics)
+    leg = _leg_numbers(options, mechanics)
     weight_n, length_m = _weight_n(leg), leg["rest_length_m"]
     if length_m is None:
         raise TegotaeError(

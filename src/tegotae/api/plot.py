@@ -67,7 +67,7 @@ def _figure(
     options: Any,
     **fields: Any,
 ) -> Figure:
-    """A figure with its tables and options."""
+    """Return a figure with its tables and options."""
     settings = {name: x for name, x in vars(options).items() if name != "controller"}
     if callable(settings.get("policy")):
         settings["policy"] = settings["policy"].__name__
@@ -101,7 +101,7 @@ def _changed(options: Any) -> SavedController:
 
 
 def _titled(driver: SavedController | Policy) -> str:
-    """A controller or a policy in a few words, for a figure."""
+    """Return a controller or a policy in a few words, for a figure."""
     from tegotae.figures.style import literal_text
 
     words, omega = [literal_text(driver.name or "controller")], driver.omega
@@ -114,7 +114,7 @@ _POLICY_HIDDEN: Values = {"omega": HIDDEN, "sigma": HIDDEN, "body": HIDDEN}
 
 
 def _driver_defaults(controller: Any = None, policy: Any = None, **_: Any) -> Values:
-    """Own values of a controller, or the usual meaning of a policy."""
+    """Return no further values of a controller, or the default meaning of a policy."""
     if policy is None:
         return {"meaning": HIDDEN}
     _require_policy(controller, policy)
@@ -138,7 +138,7 @@ _DRIVEN: dict[str, Any] = {"defaults": _driver_defaults, **_FILE}
 
 
 def _driver(options: Any) -> SavedController | Policy:
-    """The controller with the options, or the policy."""
+    """Return the controller with the options, or the policy."""
     if options.policy is None:
         if options.meaning is not None:
             raise TegotaeError("meaning belongs to a policy, and none is named")

@@ -51,7 +51,7 @@ def list_conditions(*conditions: str) -> Table:
 
 
 def _disturbances(conditions: Iterable[str]) -> tuple[Disturbance, ...]:
-    """The conditions of names; all by default."""
+    """Return the conditions of names; all by default."""
     return disturbances_named([name for x in conditions for name in x.split(",")])
 
 
