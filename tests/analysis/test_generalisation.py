@@ -383,9 +383,9 @@ def test_one_that_can_meet_nothing_is_left_out_beside_others(tmp_path):
     empty = tried(neighbour, two)
     assert retention_curve(empty).empty
     held = (hopper(), outcome_of([[True] * 3]))
-    files = Robustness(done=[(neighbour, empty), held], chosen=(LAG,)).save(tmp_path)
+    files = Robustness(outcomes=[(neighbour, empty), held], disturbances=(LAG,)).save(tmp_path)
     assert [path.name for path in files][:3] == ["margins.csv", "curves.csv", "left_out.csv"]
-    Robustness(done=[held], chosen=(LAG,)).save(tmp_path)
+    Robustness(outcomes=[held], disturbances=(LAG,)).save(tmp_path)
     assert not (tmp_path / "left_out.csv").exists()
 
 

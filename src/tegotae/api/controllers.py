@@ -143,7 +143,7 @@ def load_all(
     return [controller.on(new) for controller in loaded]
 
 
-def one(controller: Subject | LoadedController, kind: type[C], reason: str) -> C:
+def require_controller(controller: Subject | LoadedController, kind: type[C], reason: str) -> C:
     """Return a controller, by name or loaded, as one of a class.
 
     Args:

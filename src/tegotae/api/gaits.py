@@ -18,7 +18,7 @@ from tegotae.analysis.gaits.releases import release_all, system_document
 from tegotae.analysis.gaits.stability import stability as measured_stability
 from tegotae.analysis.gaits.sweep import sweep as swept
 from tegotae.api.controller import Subject
-from tegotae.api.controllers import one
+from tegotae.api.controllers import require_controller
 from tegotae.api.parameters import filled, in_shell
 from tegotae.api.results import Figure, short
 from tegotae.api.walking import WalkerController, WalkerOptions
@@ -130,7 +130,9 @@ _RANGES: dict[str, Any] = {"defaults": lambda controller, **_: _ranges(_walker(c
 
 def _walker(controller: Walking) -> WalkerController:
     """Return the controller, which must be one of a body with several legs."""
-    return one(controller, WalkerController, "a gait is how several legs go together")
+    return require_controller(
+        controller, WalkerController, "a gait is how several legs go together"
+    )
 
 
 @in_shell(writes="file")

@@ -26,7 +26,7 @@ from tegotae.analysis.phase_response import check_pushes, measure_phase_response
 from tegotae.analysis.poincare import check_disturbances, poincare_section, transient
 from tegotae.analysis.surface import actuation_surface, sees_velocity
 from tegotae.api.controller import Changes, Subject
-from tegotae.api.controllers import one
+from tegotae.api.controllers import require_controller
 from tegotae.api.hopping import HopperController, HopperOptions
 from tegotae.api.parameters import HIDDEN, Values, filled, in_shell
 from tegotae.api.results import Figure
@@ -89,7 +89,7 @@ def _values(arguments: Mapping[str, Any], others: str = "are simulate, evaluate,
     if arguments.get("policy") is not None:
         return filled(arguments, {})
     reason = f"this figure is of one leg; for others there {others}"
-    hopping = one(arguments["controller"], HopperController, reason)
+    hopping = require_controller(arguments["controller"], HopperController, reason)
     return filled({**arguments, "controller": hopping}, hopping.defaults())
 
 

@@ -63,8 +63,8 @@ def _listed(levels: Iterable[float]) -> str:
 class Robustness(Table):
     """Range of each condition in which controllers keep their gait."""
 
-    done: Sequence[run.Done]
-    chosen: tuple[Disturbance, ...]
+    outcomes: Sequence[run.Done]
+    disturbances: tuple[Disturbance, ...]
 
     @property
     def table(self) -> pd.DataFrame:
@@ -76,29 +76,29 @@ class Robustness(Table):
         return [frame.map(short).set_index(["controller", "condition", "side"])]
 
     def to_dict(self) -> JsonObject:
-        left_out = {tested.name: outcome.left_out for tested, outcome in self.done}
+        left_out = {tested.name: outcome.left_out for tested, outcome in self.outcomes}
         return as_json({"margins": self.table.to_dict("records"), "left_out": left_out})
 
     def figures(self) -> Mapping[str, figure.Figure]:
         from tegotae.figures.generalisation import curves_figure
 
-        return {"curves": curves_figure(self.done, self.chosen)}
+        return {"curves": curves_figure(self.outcomes, self.disturbances)}
 
     def _margins(self, measures: Iterable[str]) -> pd.DataFrame:
         rows = [
             (tested.name, measure, *margin)
-            for tested, outcome in self.done
+            for tested, outcome in self.outcomes
             for measure in measures
-            for margin in run.margins(outcome, self.chosen, measure)
+            for margin in run.margins(outcome, self.disturbances, measure)
         ]
         return pd.DataFrame(rows, columns=["controller", "measure", *run.Margin._fields])
 
     def tables(self) -> dict[str, pd.DataFrame]:
         """Margins by each measure, curves, and what was left out."""
-        curves = {tested.name: run.retention_curve(outcome) for tested, outcome in self.done}
+        curves = {tested.name: run.retention_curve(outcome) for tested, outcome in self.outcomes}
         left_out = [
             (tested.name, condition, reason)
-            for tested, outcome in self.done
+            for tested, outcome in self.outcomes
             for condition, reason in outcome.left_out.items()
         ]
         return {
@@ -143,7 +143,7 @@ def robustness(controllers: Sequence[LoadedController], options: Any) -> Robustn
         "undisturbed gait; failed: the next one tested, inf beyond the last. From, to: 95 % "
         "interval over runs.",
     ]
-    return Robustness(done=results, chosen=disturbances, notes=notes)
+    return Robustness(outcomes=results, disturbances=disturbances, notes=notes)
 
 
 def _matches(name: str, pattern: str) -> bool:

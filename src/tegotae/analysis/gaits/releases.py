@@ -84,7 +84,7 @@ class GaitRun:
     """All channels."""
     lag: np.ndarray
     """Lags averaged over strides [cycles], [frames, limbs]."""
-    found: Coordination
+    coordination: Coordination
     """Final coordination of the legs of one lane: [limbs, 1] and [1]."""
     gait: str
     """The gait's name, or why it has none."""
@@ -102,13 +102,13 @@ class GaitRun:
     @property
     def stride_s(self) -> float:
         """Final duration of a stride [s]; NaN if there is none."""
-        hz = float(self.found.cycle_frequency_hz[0])
+        hz = float(self.coordination.cycle_frequency_hz[0])
         return 1.0 / hz if hz > 0.0 else float("nan")
 
     @property
     def numbers(self) -> dict[str, Any]:
         """The final coordination, the gait, the phases at release and the stances, by name."""
-        columns = coordination_columns(self.found, self.legged.names)
+        columns = coordination_columns(self.coordination, self.legged.names)
         legs = zip(self.legged.names, self.stances, strict=True)
         return {
             **{name: x[0].item() for name, x in columns.items()},
@@ -124,10 +124,10 @@ class GaitRun:
         return pd.DataFrame(
             {
                 "leg": self.legged.names,
-                "lag [cycles]": self.found.lag[:, 0] % 1.0,
-                "footfall lag": self.found.touchdown_lag[:, 0] % 1.0,
-                "duty factor": self.found.duty_factor[:, 0],
-                f"steps [1/{time}]": self.found.step_frequency_hz[:, 0],
+                "lag [cycles]": self.coordination.lag[:, 0] % 1.0,
+                "footfall lag": self.coordination.touchdown_lag[:, 0] % 1.0,
+                "duty factor": self.coordination.duty_factor[:, 0],
+                f"steps [1/{time}]": self.coordination.step_frequency_hz[:, 0],
             }
         )
 
@@ -187,7 +187,7 @@ def simulate_gaits(
         phase_rad=phase,
         trajectory=jax.tree.map(lambda x: x[..., 0], trajectory),
         lag=_course(summary, trajectory, coordination, legged.timing),
-        found=coordination,
+        coordination=coordination,
         gait=str(gait_of(coordination, legged.names, tolerance)[0]),
     )
 

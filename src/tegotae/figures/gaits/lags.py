@@ -46,7 +46,7 @@ def footfall_figure(run: GaitRun, note: str = "") -> Figure:
     axes.set_xlim(begin, end)
     axes.set_xlabel(f"time [{run.legged.units[1]}]")
     duty = axes.secondary_yaxis("right")
-    duty_factor = run.found.duty_factor[:, 0]
+    duty_factor = run.coordination.duty_factor[:, 0]
     duty.set_yticks(range(len(rows)), [f"{duty_factor[leg]:.2f}" for leg in rows])
     duty.set_ylabel("duty factor")
     for side in (axes, duty):
@@ -74,10 +74,10 @@ def lags_figure(run: GaitRun, note: str = "") -> Figure:
     for number, leg in enumerate(other_legs):
         colour = COLOURS[number % len(COLOURS)]
         axes.plot(time, broken(run.lag[:, leg], turn=1.0), color=colour, label=names[leg])
-        final = float(run.found.lag[leg, 0] % 1.0)
+        final = float(run.coordination.lag[leg, 0] % 1.0)
         axes.axhline(final, color=colour, lw=0.6, ls=":")
-    if np.isfinite(run.found.lock_time_s[0]):
-        axes.axvline(float(run.found.lock_time_s[0]), color="0.5", lw=0.6)
+    if np.isfinite(run.coordination.lock_time_s[0]):
+        axes.axvline(float(run.coordination.lock_time_s[0]), color="0.5", lw=0.6)
     axes.set(xlim=(0.0, time[-1]), ylim=(0.0, 1.0), yticks=np.linspace(0.0, 1.0, 5))
     axes.set_xlabel(f"time [{run.legged.units[1]}]")
     axes.set_ylabel(f"lag behind {names[reference]} [cycles]")
