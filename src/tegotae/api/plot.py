@@ -86,17 +86,19 @@ def _values(arguments: Mapping[str, Any], others: str = "are simulate, evaluate,
     Raises:
         TegotaeError: for a controller of another body than one with one leg.
     """
-    if arguments.get("policy") is not None:
-        return filled(arguments, {})
-    reason = f"this figure is of one leg; for others there {others}"
-    hopping = require_controller(arguments["controller"], HopperController, reason)
-    return filled({**arguments, "controller": hopping}, hopping.defaults())
+    controller, policy = arguments["controller"], arguments.get("policy")
+    defaults = _driver_defaults(controller, policy)
+    if policy is None:
+        reason = f"this figure is of one leg; for others there {others}"
+        controller = require_controller(controller, HopperController, reason)
+        defaults = {"": controller.name, **controller.defaults(), **defaults}
+    return filled({**arguments, "controller": controller}, defaults)
 
 
-def _changed(options: Any) -> SavedController:
+def _changed(values: Any) -> SavedController:
     """Return the controller with the options."""
-    return options.controller.changed(
-        omega=options.omega, sigma=options.sigma, release=options.release, body=options.body
+    return values.controller.changed(
+        omega=values.omega, sigma=values.sigma, release=values.release, body=values.body
     )
 
 
@@ -110,48 +112,41 @@ def _titled(driver: SavedController | Policy) -> str:
     return ", ".join([*words, *([] if omega is None else [f"ω = {omega:g} rad/s"])])
 
 
-_POLICY_HIDDEN: Values = {"omega": HIDDEN, "sigma": HIDDEN, "body": HIDDEN}
-
-
 def _driver_defaults(controller: Any = None, policy: Any = None, **_: Any) -> Values:
-    """Return no further values of a controller, or the default meaning of a policy."""
+    """Return values of a policy, and which options a controller or a policy does not have.
+
+    Raises:
+        TegotaeError: for a controller beside the policy, or a missing extra.
+    """
     if policy is None:
         return {"meaning": HIDDEN}
-    _require_policy(controller, policy)
-    from tegotae.envs.policies import Meaning
-
-    meaning = Meaning(omega=PRESETS["paper"].omega_rad_per_s)
-    return {"meaning": meaning, "release": Release(), **_POLICY_HIDDEN}
-
-
-def _require_policy(controller: Any, policy: Any) -> None:
-    """Raise `TegotaeError` for a controller beside the policy, or a missing extra."""
     if isinstance(controller, HopperController) or controller not in (None, "paper"):
         name = getattr(controller, "name", controller)
         raise TegotaeError(f"{name} is a controller, and policy names a policy; name one")
     ending = Path(str(policy)).suffix.lower()
     extras = {".zip": {"stable_baselines3": "sb3"}, ".onnx": {"onnxruntime": "onnx"}}
     require_all({"gymnasium": "gym", **extras.get(ending, {})})
+    from tegotae.envs.policies import Meaning
+
+    meaning = Meaning(omega=PRESETS["paper"].omega_rad_per_s)
+    hidden = dict.fromkeys(("omega", "sigma", "body"), HIDDEN)
+    return {
+        "": getattr(policy, "__name__", policy),
+        "meaning": meaning,
+        "release": Release(),
+    } | hidden
 
 
 _DRIVEN: dict[str, Any] = {"defaults": _driver_defaults, **_FILE}
 
 
-def _driver(options: Any) -> SavedController | Policy:
+def _driver(values: Any) -> SavedController | Policy:
     """Return the controller with the options, or the policy."""
-    if options.policy is None:
-        if options.meaning is not None:
-            raise TegotaeError("meaning belongs to a policy, and none is named")
-        return _changed(options)
+    if values.policy is None:
+        return _changed(values)
     from tegotae.envs.policies import load_policy
 
-    defaults = _driver_defaults(options.controller, options.policy)
-    for name in _POLICY_HIDDEN:
-        if getattr(options, name) is not None:
-            raise TegotaeError(f"{name} belongs to a controller; a policy has it in its meaning")
-    values = filled({"meaning": options.meaning, "release": options.release}, defaults)
-    options.meaning, options.release = values.meaning, values.release
-    return load_policy(options.policy, options.meaning)
+    return load_policy(values.policy, values.meaning)
 
 
 @in_shell(**_DRIVEN)
