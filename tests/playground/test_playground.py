@@ -25,6 +25,7 @@ from apps.playground import (
 from apps.playground.bodies import STANDARD
 from apps.playground.page import DEFINITIONS
 from apps.playground.scripts import bundle_scripts, modules, read_source
+from places import ROOT
 from played import (
     Case,
     all_that_can_happen,
@@ -137,6 +138,14 @@ def test_every_standard_controller_has_an_engine_for_every_standard_body():
         for body in STANDARD.values():
             fitted = dataclasses.replace(choice.saved.controller, limbs=body.limbs)
             assert shelf.has(fitted, body)
+
+
+def test_every_number_that_the_page_names_is_in_an_engine():
+    folder = ROOT / "apps" / "playground"
+    scripts = "".join(path.read_text() for path in (folder / "web").rglob("*.js"))
+    engines = [json.loads(path.read_text()) for path in (folder / "engines").glob("*.json")]
+    known = {name for engine in engines for name in engine["layout"]}
+    assert {*re.findall(r'"((?:body|release|channel|state)\.[\w.]*\w)"', scripts)} <= known
 
 
 HEARD_CHANNELS = (
