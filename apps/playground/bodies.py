@@ -92,7 +92,7 @@ def of_same_form(a: Body, b: Body) -> bool:
 
 
 def losing_legs(body: Body) -> Body:
-    """The body, with legs that can be lost if it has several."""
+    """Return the body, with legs that can be lost if it has several."""
     if isinstance(body, Upright) and body.present is None:
         return dataclasses.replace(body, present=(1.0,) * body.limbs)
     return body

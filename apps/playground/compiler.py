@@ -26,7 +26,7 @@ def has_compiler() -> bool:
 
 
 def compile_webassembly(text: str) -> bytes:
-    """The WebAssembly of a program in C.
+    """Compile a program in C to WebAssembly.
 
     Raises:
         MissingExtraError: if the compiler is not installed.

@@ -56,7 +56,7 @@ def engine_name(controller: Controller, body: Body) -> str:
 
 
 def cached_engine(controller: Controller, body: Body) -> CompiledEngine:
-    """The engine of a controller on a body: read from the package, or compiled.
+    """Return the engine of a controller on a body: read from the package, or compiled.
 
     Raises:
         MissingExtraError: if it must be compiled and there is no compiler.
@@ -107,7 +107,7 @@ def _cache_file(controller: Controller, body: Body) -> Traversable:
 
 
 def compile_engine(controller: Controller, body: Body) -> CompiledEngine:
-    """The same, compiled anew."""
+    """Compile the engine of a controller on a body anew."""
     program = Program(controller, body)
     source = program_source(program)
     wasm = gzip.compress(compile_webassembly(source), mtime=0)
@@ -120,7 +120,7 @@ def makers() -> dict[str, str]:
 
 
 def engine_document(engine: CompiledEngine, title: str, wasm: str) -> JsonObject:
-    """The document beside an engine's WebAssembly."""
+    """Return the document beside an engine's WebAssembly."""
     return {
         "about": title,
         "wasm": wasm,

@@ -30,7 +30,7 @@ class EngineFunction(NamedTuple):
 
 
 def functions(program: Program) -> tuple[EngineFunction, ...]:
-    """The functions of a program, traced in float32.
+    """Return the functions of a program, traced in float32.
 
     Raises:
         TegotaeError: for an operation that has no C, by its name.
@@ -62,7 +62,7 @@ class _Trace:
         self._reader, self._inputs = LoopReader(), inputs
 
     def __call__(self, function: Callable[..., ArrayTree], *states: ArrayTree) -> list[np.ndarray]:
-        """The results' scalars, leaf by leaf."""
+        """Return the results' scalars, leaf by leaf."""
         arguments = (self._inputs, *states)
         leaves, structure = jax.tree.flatten(arguments, is_leaf=lambda x: isinstance(x, np.ndarray))
         shapes = [jax.ShapeDtypeStruct(leaf.shape, _dtype(leaf)) for leaf in leaves]

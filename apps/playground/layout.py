@@ -57,7 +57,7 @@ class Layout:
         return {entry.name: [offsets[entry.name], entry.words] for entry in self.entries}
 
     def struct(self) -> str:
-        """The block as a struct of C."""
+        """Return the block as a struct of C."""
         kinds = {"int32": "int32_t"}
         fields = "".join(
             f"    {kinds.get(entry.kind, 'float')} {entry.member}[{entry.words}];\n"
@@ -73,5 +73,5 @@ def word_expressions(entry: LayoutEntry) -> list[str]:
 
 
 def merge_layouts(groups: Iterable[Iterable[LayoutEntry]]) -> Layout:
-    """A layout of all entries, group after group."""
+    """Merge layouts into one of all entries, group after group."""
     return Layout(tuple(entry for group in groups for entry in group))

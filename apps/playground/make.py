@@ -39,7 +39,7 @@ def main() -> None:
 
 
 def engine_bodies() -> Iterator[tuple[str, Controller, Body]]:
-    """Every standard controller on every standard body: what it is called, and both."""
+    """Yield every standard controller on every standard body, with their name."""
     for choice in standard():
         for name, body in STANDARD.items():
             controller = dataclasses.replace(choice.saved.controller, limbs=body.limbs)

@@ -86,7 +86,7 @@ class Page:
             self._know(choice)
 
     def html(self) -> str:
-        """The file.
+        """Return the HTML file.
 
         Raises:
             TegotaeError: for an engine that cannot be made.
@@ -102,7 +102,7 @@ class Page:
         )
 
     def document(self) -> JsonObject:
-        """All that the scripts know, as plain JSON values."""
+        """Return all data of the scripts, as plain JSON values."""
         controllers = [self._controller(choice) for choice in self.choices]
         return {
             "version": __version__,
@@ -117,7 +117,7 @@ class Page:
         }
 
     def _know(self, choice: ControllerChoice) -> None:
-        """The body of a controller, as the page begins with it."""
+        """Add the body of a controller, as the page begins with it."""
         body = losing_legs(choice.saved.body)
         for name, standard in self._bodies.items():
             if of_same_form(standard, body):
@@ -197,7 +197,7 @@ def _learning() -> JsonObject:
 
 
 def _fitted(saved: SavedController, body: Body) -> Controller | None:
-    """The controller for a body: its own, or the one leg's under every leg of a frame."""
+    """Return the controller for a body: its own, or the one leg's under every leg of a frame."""
     controller = saved.controller
     if of_same_form(body, losing_legs(saved.body)):
         return controller
@@ -229,5 +229,5 @@ def _numbers(values: np.ndarray) -> list[float]:
 
 
 def _in_a_script(text: str) -> str:
-    """A script of the package that ends no script early."""
+    """Return a script of the package that ends no script element early."""
     return text.replace("</", "<\\/")

@@ -126,7 +126,7 @@ class Program:
             return jax.eval_shape(all_of, arrays)
 
     def shape_of(self, entry: LayoutEntry) -> tuple[int, ...]:
-        """The shape of what a page says, as an array of one lane."""
+        """Return the shape of a page's input, as an array of one lane."""
         if entry.name == "weights":
             return (entry.words, 1)
         if entry.name == "tick_s":
@@ -156,7 +156,7 @@ class Program:
     def _setting(
         self, inputs: dict[str, jax.Array]
     ) -> tuple[tuple[ClosedLoop, Weights], Body, Scenario, Controller]:
-        """Loop, body and scenario as the page says they are."""
+        """Return loop, body and scenario from the page's input."""
         controller = self.controller
         if controller.oscillator is not None:
             moving = inputs["moving"] > 0.5
@@ -181,7 +181,7 @@ class Program:
         return (loop, weights), body, scenario, controller
 
     def released(self, inputs: dict[str, jax.Array]) -> Now:
-        """The lane at its release, and totals of nothing."""
+        """Return the lane at its release, with zero totals."""
         (loop, weights), body, scenario, _ = self._setting(inputs)
         lane = loop.start(weights, body, scenario, inputs["tick_s"])
 
@@ -192,7 +192,7 @@ class Program:
         return Now(lane, *self._recorder.empty(tick))
 
     def ticked(self, inputs: dict[str, jax.Array], index: jax.Array, state: Now) -> Now:
-        """The same a control tick later."""
+        """Return the lane a control tick later."""
         (loop, weights), body, scenario, _ = self._setting(inputs)
         lane, output = loop.tick(weights, body, scenario, state.lane, index, inputs["tick_s"])
         record = self._recorder
@@ -201,7 +201,7 @@ class Program:
     def recorded(
         self, inputs: dict[str, jax.Array], ticks: jax.Array, state: Now
     ) -> dict[str, jax.Array]:
-        """The channels of a lane."""
+        """Return the channels of a lane."""
         _, body, _, controller = self._setting(inputs)
         time = ticks.astype(jnp.float32) * inputs["tick_s"]
         frame = RecordedFrame(time, state.lane, inputs["ground_m"], controller, body)
@@ -210,7 +210,7 @@ class Program:
     def answer(
         self, inputs: dict[str, jax.Array], phase: jax.Array, spring: jax.Array, velocity: jax.Array
     ) -> jax.Array:
-        """`analysis.actuation_surface` at one point, all legs alike and the frame level."""
+        """Return `analysis.actuation_surface` at one point, all legs alike and the frame level."""
         (_, weights), body, scenario, controller = self._setting(inputs)
         height = body.rest_length_m - spring / inputs["body.stiffness_n_per_m"]
         state = body.release(height, velocity)
@@ -223,7 +223,7 @@ class Program:
 
 
 def _entries(prefix: str, tree: ArrayTree) -> tuple[LayoutEntry, ...]:
-    """An entry for every leaf, named by its path."""
+    """Return an entry for every leaf, named by its path."""
 
     def size(leaf: jax.Array) -> int:
         return int(np.prod(leaf.shape, dtype=int))

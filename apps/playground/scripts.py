@@ -11,12 +11,12 @@ _EXPORT = re.compile(r"^export (?=(async |function|class|const|let))", re.MULTIL
 
 
 def read_source(name: str) -> str:
-    """A file of the page's source."""
+    """Read a file of the page's source."""
     return (resources.files("apps.playground") / "web" / name).read_text(encoding="utf-8")
 
 
 def modules(entry: str) -> list[str]:
-    """The module and all that it imports, in an order in which they can be run.
+    """Return the module and all its imports, in an order in which they can run.
 
     Example:
         >>> modules("learn/fitness.js")
@@ -36,7 +36,7 @@ def modules(entry: str) -> list[str]:
 
 
 def bundle_scripts(entry: str) -> str:
-    """One script of a module and all that it imports; their names are all apart."""
+    """Bundle a module and all its imports as one script; their names are all distinct."""
     parts = []
     for name in modules(entry):
         text = _EXPORT.sub("", _IMPORT.sub("", read_source(name)))

@@ -79,7 +79,7 @@ __attribute__((export_name("surface"))) float surface(lane_block *lane, float ph
 
 
 def program_source(program: Program) -> str:
-    """The text of the program.
+    """Return the text of the program.
 
     Raises:
         TegotaeError: for an operation that has no C, by its name.

@@ -17,7 +17,8 @@ LABELS = {
 
 
 def standard() -> list[ControllerChoice]:
-    """The paper's vanilla controller and three learned ones, trained as docs/playground.md says.
+    """Return the paper's vanilla controller and three learned ones, trained as docs/playground.md
+    says.
 
     Example:
         >>> [choice.saved.name for choice in standard()][0]

@@ -46,7 +46,7 @@ class Emitter:
         self._emit(self._regions.top)
 
     def values(self, node: Node) -> list[str]:
-        """A node's registers, one a vector."""
+        """Return a node's registers, one per vector."""
         for scope in reversed(self._values):
             if node in scope:
                 return scope[node]
@@ -111,7 +111,7 @@ class Emitter:
             ]
 
     def _fused_sum(self, node: Node) -> list[str]:
-        """a b + c, or with either sign, rounded once."""
+        """Return a b + c, or the sum with either sign, rounded once."""
         w, position = self._writer, self._fused[node]
         product, addend = node.inputs[position], node.inputs[1 - position]
         kind = w.type(node.kind)
@@ -261,7 +261,7 @@ class Emitter:
         return [w.load(base, place[1] + u * size, node.kind) for u in range(self._vectors)]
 
     def _goes_on(self, node: Node, carried: list[Node], values: list[list[str]]) -> list[str]:
-        """The condition of a loop, of what it carries."""
+        """Return the condition of a loop, computed from the values that it carries."""
         condition = node.detail.goes_on
         self._values.append(dict(zip(carried, values, strict=True)))
         needed = set(reachable((condition,)))

@@ -59,7 +59,7 @@ def compile_episode(
     vectors: int = 2,
     store: Store | None = None,
 ) -> Kernel:
-    """The kernel of a program, traced, read and compiled.
+    """Trace, read and compile the kernel of a program.
 
     Args:
         episode: the program.
@@ -99,7 +99,7 @@ def _kinds(tree: Tree) -> tuple[str, ...]:
 
 
 def _recorded(nodes: Sequence[Node], leaves: Sequence[jax.ShapeDtypeStruct]) -> RecordedArrays:
-    """The arrays that channels make, with the kinds of their scalars."""
+    """Return the arrays that channels record, with the kinds of their scalars."""
     scalars = tuple(math.prod(leaf.shape) for leaf in leaves)
     lasts = itertools.accumulate(scalars)
     kinds = tuple(
@@ -113,7 +113,7 @@ _STAGES = {"shared": UNIFORM, "lanes": LANE, "state": TICK, "index": TICK}
 
 
 def _read(episode: TracedEpisode, lanes: Tree, shared: Tree) -> tuple[Stages, Tree]:
-    """A program, traced for one lane; and what a frame records, as shapes."""
+    """Trace a program for one lane; return it with the shapes that a frame records."""
     reader = NativeReader()
 
     def read(function: Callable[..., Tree], **inputs: Tree) -> tuple[list[Node], Tree]:

@@ -42,7 +42,7 @@ class FunctionKernel:
     """The processor of this machine that it is for, with or without vectors."""
 
     def step(self, store: Store | None = None) -> NativeStep:
-        """The function, ready to be called in this process, with its code from a store."""
+        """Return the function as a callable of this process, its code taken from a store."""
         code = Code.compiled(self.text, target_of(self.target), store=store)
         return NativeStep(code, self.layout)
 
@@ -60,7 +60,7 @@ def compile_function(
     dtype: str = "float32",
     lanes: int = 0,
 ) -> FunctionKernel:
-    """A function of one lane, or of several side by side, as native code.
+    """Compile a function of one lane, or of several side by side, to native code.
 
     Args:
         function: of (state, inputs): the new state, of the same structure, and outputs; all are
@@ -118,7 +118,9 @@ def _fields(tree: Tree) -> Fields:
 
 
 def _text(results: Sequence[Node], layout: StepLayout, width: int = 1, lanes: int = 0) -> str:
-    """The module: loads, computes, and stores once all is known; of lanes, vector by vector."""
+    """Return the text of a module that loads, computes, and then stores its results, vector by
+    vector.
+    """
     declared: set[str] = set()
     w = FunctionWriter(width, declared, alignment=4 if lanes else 64)
     names = ("state", "inputs", "outputs")

@@ -49,7 +49,7 @@ class Reader(ABC):
     """Its types, by those of a trace."""
 
     def read(self, trace: Traced, inputs: Arrays) -> list[np.ndarray]:
-        """The results of a closed jaxpr for these arrays of nodes.
+        """Return the results of a closed jaxpr for these arrays of nodes.
 
         Raises:
             CannotLower: for an operation that cannot be read, by its name and place.
@@ -60,26 +60,26 @@ class Reader(ABC):
     def _node(
         self, operation: str, kind: str, inputs: tuple[Node, ...], detail: Detail, origin: Traced
     ) -> Node:
-        """The node of an operation, or what it comes to."""
+        """Return the node of an operation, folded where possible."""
 
     @abstractmethod
     def _between_entries(
         self, name: str, kind: str, arguments: Arrays, equation: Traced, origin: Traced
     ) -> np.ndarray:
-        """An operation between entries."""
+        """Return the results of an operation between entries of arrays."""
 
     @abstractmethod
     def _call(self, parameters: Parameters, arguments: Arrays, origin: Traced) -> list[np.ndarray]:
-        """A call of a trace within."""
+        """Return the results of a call of an inner trace."""
 
     @abstractmethod
     def _fork(
         self, condition: np.ndarray, no: Arrays, yes: Arrays, origin: Traced
     ) -> list[np.ndarray]:
-        """The results of one of two branches."""
+        """Return the results of one of two branches."""
 
     def _loop(self, parameters: Parameters, arguments: Arrays, origin: Traced) -> list[np.ndarray]:
-        """A loop of unknown length."""
+        """Return the results of a loop of unknown length."""
         raise self._refused("while", origin)
 
     def _refused(self, operation: str, origin: Traced, reason: str = "") -> CannotLower:
@@ -165,13 +165,13 @@ class Reader(ABC):
         return self._entrywise("ge", "bool", [index, bound], None)
 
     def _number(self, value: float, kind: str) -> Node:
-        """A constant that the reader itself needs."""
+        """Return a constant that the reader itself needs."""
         return literal(np.asarray(value, DTYPES[kind])[()], kind)
 
     def _rounds(
         self, parameters: Parameters, arguments: Arrays, origin: Traced
     ) -> list[np.ndarray]:
-        """A loop of known length, written out."""
+        """Return the results of a loop of known length, written out."""
         if parameters["length"] > _LONGEST_SCAN:
             raise self._refused("scan", origin, f"it has more than {_LONGEST_SCAN} rounds")
         n_fixed, n_carry = scan_sizes(parameters)
@@ -187,7 +187,7 @@ class Reader(ABC):
         return [*carry, *(np.stack(column) for column in stacked)]
 
     def _pairwise(self, operation: str, origin: Traced) -> np.ufunc:
-        """An operation between two nodes, for arrays of them."""
+        """Return a NumPy function that applies an operation to arrays of nodes, pair by pair."""
 
         def conjunction(a: Node, b: Node) -> Node:
             return self._node(operation, b.kind, (a, b), None, origin)
@@ -225,7 +225,9 @@ class Reader(ABC):
     def _entrywise(
         self, operation: str, kind: str, arrays: Arrays, origin: Traced, detail: Detail = None
     ) -> np.ndarray:
-        """An operation between the entries of arrays; its kind is that of the last unless given."""
+        """Apply an operation to the entries of arrays; its kind is that of the last unless
+        given.
+        """
 
         def node(*inputs: Node) -> Node:
             return self._node(operation, kind or inputs[-1].kind, inputs, detail, origin)
@@ -257,7 +259,7 @@ def callee(parameters: Parameters) -> tuple[Traced, Sequence[ArrayLike], str]:
 
 
 def in_shapes(nodes: Sequence[Node], shapes: Sequence[tuple[int, ...]]) -> list[np.ndarray]:
-    """Nodes, one after the other, in arrays of these shapes."""
+    """Return consecutive nodes as arrays of these shapes."""
     sizes = [math.prod(shape) for shape in shapes]
     ends = itertools.accumulate(sizes)
     return [

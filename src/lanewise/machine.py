@@ -48,7 +48,7 @@ _OWN = ("host", "scalar", "portable")
 
 
 def target_of(target: str | Target) -> Target:
-    """The target of a name: "host", "scalar", "portable", "avx2", "avx512" or "aarch64".
+    """Return the target of a name: "host", "scalar", "portable", "avx2", "avx512" or "aarch64".
 
     "scalar" is this machine without vectors; "portable" any of the last ten years that is like it.
 
@@ -87,7 +87,8 @@ def _host(name: str) -> Target:
 
 
 def optimisation_level() -> int:
-    """How hard LLVM tries: `LANEWISE_OPT`, else 2. At 0 it compiles in a fifth of the time.
+    """Return LLVM's optimisation level: `LANEWISE_OPT`, else 2. At 0 it compiles in a fifth of the
+    time.
 
     Raises:
         LanewiseError: for another value than 0, 1, 2 or 3.
@@ -102,7 +103,7 @@ class Store(Protocol):
     """Storage of machine code between processes."""
 
     def stored_code(self, key: str) -> bytes | None:
-        """The code under a key; None if there is none, or none that is whole."""
+        """Return the code under a key, or None if there is none, or none that is complete."""
         ...
 
     def store_code(self, key: str, content: bytes) -> None:
@@ -134,7 +135,7 @@ class Code:
         optimisation: int | None = None,
         store: Store | None = None,
     ) -> Code:
-        """A module in LLVM's language, compiled, or as it was kept when it was.
+        """Compile a module in LLVM's language, or load its kept code.
 
         Args:
             text: the module.
@@ -156,7 +157,7 @@ class Code:
 
     @classmethod
     def loaded(cls, object_file: bytes) -> Code:
-        """An object file, unaltered: the loader trusts it.
+        """Load an object file as it is: the loader trusts it.
 
         Raises:
             LanewiseError: for code of another kind of processor.
@@ -172,7 +173,7 @@ class Code:
         return cls(llvm.parse_assembly(""), machine, object_file)
 
     def function(self, name: str, pointers: int, numbers: int = 0) -> Callable[..., None]:
-        """A function of so many pointers, and of whole numbers after them."""
+        """Return a function that takes so many pointers, and whole numbers after them."""
         kinds = [ctypes.c_void_p] * pointers + [ctypes.c_int64] * numbers
         return ctypes.CFUNCTYPE(None, *kinds)(self._engine.get_function_address(name))
 
@@ -183,7 +184,7 @@ def _format(code: bytes) -> bytes:
 
 
 def object_file(text: str, target: Target, optimisation: int = _USUAL) -> bytes:
-    """A module as an object file of the target."""
+    """Compile a module to an object file of the target."""
     module, machine = _optimised(text, target, optimisation)
     return machine.emit_object(module)
 
@@ -214,7 +215,7 @@ def _optimised(text: str, target: Target, optimisation: int) -> tuple[Any, Any]:
 
 @functools.cache
 def _llvm() -> Any:
-    """llvmlite, ready for this machine."""
+    """Return llvmlite, initialised for this machine."""
     import llvmlite.binding as llvm
 
     llvm.initialize_native_target()
@@ -254,7 +255,7 @@ StepLayout: TypeAlias = tuple[Fields, Fields, Fields]
 
 
 def memory_type(fields: Fields) -> np.dtype:
-    """The type of memory with these arrays.
+    """Return the type of memory with these arrays.
 
     Example:
         >>> memory = np.zeros((), memory_type((("x", "float32", (2,)), ("on", "bool", ()))))
@@ -266,7 +267,7 @@ def memory_type(fields: Fields) -> np.dtype:
 
 
 def load_step(content: bytes) -> NativeStep:
-    """A step from what `FunctionKernel.to_bytes` gave.
+    """Load a step from the bytes that `FunctionKernel.to_bytes` returned.
 
     Raises:
         LanewiseError: for bytes that were truncated or altered, or code of another kind of
@@ -299,7 +300,7 @@ class NativeStep:
         self._function(*self._pointers)
 
     def buffers(self) -> tuple[np.ndarray, ...]:
-        """All memory as it is."""
+        """Return all memory, unchanged."""
         return tuple(memory.copy() for memory in self._memory)
 
     def restore(self, snapshot: tuple[np.ndarray, ...]) -> None:

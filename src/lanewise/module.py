@@ -96,7 +96,7 @@ class RecordedArrays:
         return aligned(self.size * frames * lanes)
 
     def views(self, memory: np.ndarray, frames: int, lanes: int) -> list[np.ndarray]:
-        """The arrays, [frames, scalars, lanes]."""
+        """Return the arrays, [frames, scalars, lanes]."""
         return [
             np.ndarray((frames, scalars, lanes), dtype, memory.data, offset * frames * lanes)
             for scalars, dtype, offset in zip(self.scalars, self.dtypes, self.offsets, strict=True)
@@ -171,7 +171,7 @@ class EpisodeModule:
         return Rows(tuple(node.kind for node in self.stages.invariant))
 
     def text(self) -> str:
-        """The module in LLVM's language."""
+        """Return the module in LLVM's language."""
         declared: set[str] = set()
         functions = (
             self._start(FunctionWriter(self.width, declared)),
@@ -295,7 +295,7 @@ class EpisodeModule:
                 w.store(base, 0, node.kind, *emitted.values(node))
 
     def _store_state(self, w: FunctionWriter, nodes: Sequence[Node], emitted: Emitter) -> None:
-        """The state, once all of it is known."""
+        """Store the state, once all of it is known."""
         values = [emitted.values(node) for node in nodes]
         for i, (node, registers) in enumerate(zip(nodes, values, strict=True)):
             slot = self.stages.slots[i]

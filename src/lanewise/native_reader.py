@@ -52,7 +52,7 @@ class NativeReader(Reader):
         return self._shared(folded(Node(operation, kind, inputs, detail)))
 
     def _shared(self, node: Node) -> Node:
-        """The node that is the same as this one, of those met so far."""
+        """Return the equal node met before, or this one if it is the first."""
         if node.operation == "literal":
             key: tuple[object, ...] = (
                 node.kind,
@@ -71,14 +71,15 @@ class NativeReader(Reader):
         return self._shared(super()._number(value, kind))
 
     def _guarded(self, over: Node, under: Node, origin: Traced) -> Node:
-        """A ratio that only some lanes need: divided only where any does."""
+        """Divide only where any lane needs the ratio."""
         needed, unit, real = under.inputs
         no = self._node("div", over.kind, (over, unit), None, origin)
         yes = self._shared(folded(Node("div", over.kind, (over, real))))
         return self._decided(needed, [no], [yes])[0]
 
     def _by_what_stays(self, over: Node, under: Node, origin: Traced) -> Node:
-        """A ratio by a number that stays: its inverse, and what the product leaves, once more.
+        """Return a ratio by a constant number: the product with its inverse, corrected once by the
+        remainder.
 
         The result is that of the division, to the bit, unless what is left is lost below the
         smallest numbers (P. Markstein, Computation of elementary functions on the IBM RISC
@@ -162,7 +163,9 @@ class NativeReader(Reader):
     def _rounds(
         self, parameters: Parameters, arguments: Arrays, origin: Traced
     ) -> list[np.ndarray]:
-        """A loop over rows of what is given, where floats alone are carried; else written out."""
+        """Return a loop over rows of what is given, where floats alone are carried; else written
+        out.
+        """
         n_fixed, n_carry = scan_sizes(parameters)
         fixed, begins = arguments[:n_fixed], arguments[n_fixed : n_fixed + n_carry]
         rows, results = arguments[n_fixed + n_carry :], parameters["jaxpr"].jaxpr.outvars

@@ -97,7 +97,7 @@ def _jax_folder() -> str:
 
 
 def place_of(equation: Traced) -> Place | None:
-    """The line of the program that made an operation of a trace, if that is known."""
+    """Return the line of the program that made an operation of a trace, if that is known."""
     try:
         frames = equation.source_info.traceback.frames
     except AttributeError:
@@ -111,7 +111,7 @@ def place_of(equation: Traced) -> Place | None:
 
 @functools.cache
 def _assigned(file: Path) -> dict[int, tuple[str, ...]]:
-    """The names that each line of a file assigns to."""
+    """Yield the names that each line of a file assigns to."""
     try:
         tree = ast.parse(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, SyntaxError):
@@ -249,17 +249,17 @@ class Loop:
 
 
 def input_node(name: Detail, kind: str = "float", stage: int = TICK) -> Node:
-    """A scalar that comes from outside; of C, the text that it has there."""
+    """Return the node of a scalar input; for C, with its text there."""
     return Node("given", kind, detail=name, stage=stage)
 
 
 def literal(value: Detail, kind: str) -> Node:
-    """A constant."""
+    """Return the node of a constant."""
     return Node("literal", kind, detail=value, stage=UNIFORM)
 
 
 def reachable(nodes: Iterable[Node]) -> list[Node]:
-    """All that the nodes are made of, in an order in which it can be computed."""
+    """Return all nodes that these depend on, in an order in which they can be computed."""
     met: set[Node] = set()
     pending = list(nodes)
     while pending:
@@ -272,19 +272,19 @@ def reachable(nodes: Iterable[Node]) -> list[Node]:
 
 @functools.cache
 def dtype_name(dtype: np.dtype) -> str:
-    """The name of a type in a trace, which NumPy puts together anew each time."""
+    """Return the name of a type in a trace, kept since NumPy composes it anew each time."""
     return str(dtype)
 
 
 def array_of(nodes: Sequence[Node], shape: tuple[int, ...]) -> np.ndarray:
-    """The nodes as an array."""
+    """Return the nodes as an array."""
     array = np.empty(len(nodes), object)
     array[:] = nodes
     return array.reshape(shape)
 
 
 def constant(value: ArrayLike, kinds: Mapping[str, str] = KINDS) -> np.ndarray:
-    """An array of known numbers as literals.
+    """Return an array of known numbers as an array of literals.
 
     Raises:
         CannotLower: for numbers of a type that no scalar has.
@@ -297,5 +297,5 @@ def constant(value: ArrayLike, kinds: Mapping[str, str] = KINDS) -> np.ndarray:
 
 
 def scalars(arrays: Sequence[np.ndarray]) -> list[Node]:
-    """All entries of the arrays."""
+    """Return all entries of the arrays as one list."""
     return [node for array in arrays for node in array.reshape(-1)]

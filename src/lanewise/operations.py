@@ -48,7 +48,7 @@ class Operation:
 def _infix(
     sign: str, binds: int, fold: Fold | None, llvm: Emission, *, safe: bool = False
 ) -> Operation:
-    """`a sign b`; the right operand binds more tightly, so that sums keep their order.
+    """Return `a sign b`; the right operand binds more tightly, so that sums keep their order.
 
     Where compilers warn, `safe`, comparisons within stand in parentheses.
     """
@@ -68,7 +68,7 @@ def _function(
 
 
 def _instruction(of_floats: str, of_whole: str, unsigned: str | None = None) -> Emission:
-    """An instruction, by the kind of its first operand."""
+    """Return the emission of an instruction, chosen by the kind of its first operand."""
 
     def emit(w: FunctionWriter, node: Node, *operands: str) -> str:
         kind = node.inputs[0].kind
@@ -94,7 +94,9 @@ def _intrinsic(name: str) -> Emission:
 
 
 def _divided(w: FunctionWriter, node: Node, a: str, b: str) -> str:
-    """A ratio; of whole numbers one that no processor stops at: by zero it has all bits set."""
+    """Return a ratio; a whole number divided by zero has all bits set, so that no processor
+    stops.
+    """
     kind = w.type(node.kind)
     if node.kind in FLOATS:
         return w.do(f"fdiv {kind} {a}, {b}")
@@ -122,7 +124,7 @@ def _magnitude(w: FunctionWriter, node: Node, x: str) -> str:
 
 
 def _extreme(test: str, intrinsic: str) -> Emission:
-    """The larger or smaller of two: no number if one of them is none.
+    """Return the emission of the larger or smaller of two, which is not a number if either is none.
 
     `x > y ? x : y` is one instruction of many processors, and gives y where x is no number.
     """
@@ -167,7 +169,7 @@ def _selected(w: FunctionWriter, node: Node, index: str, *cases: str) -> str:
 
 
 def _cut_off(w: FunctionWriter, source: str, to: str, x: str) -> str:
-    """The whole part of a float, the nearest there is beyond the range, zero for no number.
+    """Return a float's whole part: the nearest number in range beyond it, zero for not a number.
 
     LLVM's own saturating conversion takes a vector apart into its numbers.
     """
@@ -220,7 +222,9 @@ def _as_bits(w: FunctionWriter, node: Node, x: str) -> str:
 
 
 def _shift(instruction: str) -> Emission:
-    """A shift by less bits than there are; by more, all are lost, or become the sign's."""
+    """Return the emission of a shift; one by all bits or more leaves zero, or the sign in every
+    bit.
+    """
 
     def emit(w: FunctionWriter, node: Node, x: str, by: str) -> str:
         kind, last = w.type(node.kind), _bits(node.kind) - 1
@@ -348,7 +352,7 @@ def of_finite(node: Node) -> Node | None:
 
 
 def folded(node: Node, simpler: Callable[[Node], Node | None] = exact) -> Node:
-    """The node, or what it comes to: its value where all that it is made of is known, less work.
+    """Return the node folded: its value if all its inputs are known, or an equal node of less work.
 
     Args:
         node: an operation.

@@ -63,7 +63,7 @@ class Stages:
 
 
 def _read(results: Sequence[Node], stage: int) -> tuple[Node, ...]:
-    """The nodes of a stage that later stages read."""
+    """Return the nodes of a stage that later stages read."""
     read: set[Node] = set()
     met: set[Node] = set()
     pending = list(results)
@@ -89,7 +89,7 @@ class Region:
     depth: int = 0
 
     def within(self, loop: Node | None = None) -> Region:
-        """A region inside of this one."""
+        """Return whether a region is inside this one."""
         return Region(self, loop, self.depth + 1)
 
 
@@ -127,7 +127,7 @@ class Regions:
             self.nodes.setdefault(self.region[node], []).append(node)
 
     def part_of(self, node: Node, index: int) -> Node | None:
-        """The node of a result of a branch or loop, if anything uses it."""
+        """Return the node of a branch's or loop's result, or None if nothing uses it."""
         return self._parts.get((node, index))
 
     def _live(self) -> set[Node]:
@@ -210,7 +210,7 @@ class Regions:
         return region
 
     def _out_of_loops(self, node: Node, where: Region) -> Region:
-        """The region outside of all loops that do not change a node."""
+        """Return the region outside of all loops that leave a node unchanged."""
         outside = where
         for region in _outwards(where):
             if region.loop is not None and node not in region.loop.detail.changing:
@@ -226,7 +226,7 @@ def _outwards(region: Region | None) -> Iterator[Region]:
 
 
 def _common(a: Region, b: Region) -> Region:
-    """The innermost region that both are in."""
+    """Return the innermost region that contains both."""
     while a is not b:
         if a.depth < b.depth:
             a, b = b, a

@@ -47,7 +47,7 @@ class FunctionWriter:
     _labels: int = 0
 
     def type(self, kind: str) -> str:
-        """The type of such a value, one a lane."""
+        """Return the vector type of a value, one entry per lane."""
         return self._wide(TYPES[kind])
 
     def _wide(self, scalar: str) -> str:
@@ -65,7 +65,7 @@ class FunctionWriter:
         self.lines.append(f"  {instruction}")
 
     def label(self, name: str) -> str:
-        """A name for a block that is to come."""
+        """Return a name for a block that is written later."""
         self._labels += 1
         return f"{name}{self._labels}"
 
@@ -75,7 +75,7 @@ class FunctionWriter:
         self.block = label
 
     def number(self, value: Detail, kind: str) -> str:
-        """A constant, the same for all lanes."""
+        """Return a constant, the same in all lanes."""
         if kind in FLOATS:
             exact = float(np.float32(value) if kind == "float" else np.float64(value))
             if exact != exact:
@@ -98,7 +98,7 @@ class FunctionWriter:
         return self.do(f"call {result} {name}({arguments})")
 
     def select(self, mask: str, kind: str, yes: str, no: str, name: str = "") -> str:
-        """One of two values, lane by lane."""
+        """Select one of two values, lane by lane."""
         type_name = self.type(kind)
         return self.do(
             f"select {self.type('bool')} {mask}, {type_name} {yes}, {type_name} {no}", name
@@ -124,7 +124,7 @@ class FunctionWriter:
         self.also(f"br i1 {condition}, label %{yes}, label %{no}{weights}")
 
     def either(self, kind: str, *cases: tuple[str, str]) -> str:
-        """The value that the block before gave, from pairs of value and block."""
+        """Return the value of the block that ran before, from pairs of value and block."""
         pairs = ", ".join(f"[ {value}, %{block} ]" for value, block in cases)
         return self.do(f"phi {self.type(kind)} {pairs}")
 
@@ -133,12 +133,12 @@ class FunctionWriter:
         return self.lanes * _BYTES[_STORED[kind]]
 
     def _memory(self, base: str, offset: int, kind: str, lanes: int) -> str:
-        """An address, and how it is aligned."""
+        """Return an address and its alignment."""
         address = self.do(f"getelementptr i8, ptr {base}, i64 {offset}") if offset else base
         return f"ptr {address}, align {min(lanes * _BYTES[_STORED[kind]], self.alignment)}"
 
     def load(self, base: str, offset: int, kind: str, *, spread: bool = False) -> str:
-        """A value from memory; `spread` one number over all lanes."""
+        """Load a value from memory, or with `spread` one number into all lanes."""
         stored = _STORED[kind]
         wide = self._wide(stored)
         if spread:
@@ -158,7 +158,7 @@ class FunctionWriter:
             self.also(f"store {wide} {value}, {self._memory(base, place, kind, self.lanes)}")
 
     def spread(self, scalar: str, kind: str) -> str:
-        """A number in a register of its own, over all lanes."""
+        """Spread a number of a register over all lanes."""
         return self._spread(scalar, TYPES[kind])
 
     def _spread(self, scalar: str, type_name: str) -> str:
@@ -170,12 +170,14 @@ class FunctionWriter:
         return self.do(f"shufflevector {wide} {first}, {wide} poison, {zeros}")
 
     def function(self, head: str) -> str:
-        """All of the function, with its head."""
+        """Return the text of the function with its head."""
         return "\n".join((f"define void {head} #0 {{", "entry:", *self.lines, "  ret void", "}"))
 
 
 def module_text(functions: Iterable[str], declared: Iterable[str], attributes: str = "") -> str:
-    """A module of functions, with declarations of what they call and attributes of all of them."""
+    """Return a module of functions, with declarations of what they call and attributes of all of
+    them.
+    """
     return "\n".join(
         (
             *functions,
