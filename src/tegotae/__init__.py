@@ -24,7 +24,7 @@ __all__ = sorted(_HOME_OF)  # pyright: ignore[reportUnsupportedDunderAll] - it r
 
 
 def __getattr__(name: str) -> Any:
-    """A public name, a module or the version, when it is first used (PEP 562)."""
+    """Return a public name, a module or the version at its first use (PEP 562)."""
     if name in _HOME_OF:
         home = import_module(_HOME_OF[name])
         value = getattr(home, name, None) or import_module(f"{home.__name__}.{name}")

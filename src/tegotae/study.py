@@ -66,7 +66,7 @@ class Cell(Protocol):
         """Register what a worker process has to know before it measures; nothing by default."""
 
     def measure(self) -> CellResult:
-        """The numbers. Deterministic."""
+        """Measure and return the numbers. The result is deterministic."""
         ...
 
 
@@ -95,7 +95,7 @@ class CellResult:
 
     @classmethod
     def read(cls, path: Path) -> CellResult:
-        """The result in a file.
+        """Return the result in a file.
 
         Raises:
             DamagedRecordError: if it is no result, is cut short, or its checksum is wrong.
@@ -198,7 +198,7 @@ class Study:
             ) from None
 
     def results(self) -> list[CellResult]:
-        """The results that are there, in the order of the cells."""
+        """Return the existing results, in the order of the cells."""
         return [result for cell in self.cells if (result := self.result(cell)) is not None]
 
     def place(self, cell: Cell) -> Path:
@@ -206,7 +206,7 @@ class Study:
         return self.folder / f"{cell_key(cell.name, cell.document)}{self.suffix}"
 
     def result(self, cell: Cell) -> CellResult | None:
-        """A cell's result; None if it is not there. A damaged file is set aside.
+        """Return a cell's result, or None if there is none. A damaged file is set aside.
 
         Raises:
             TegotaeError: for a result that another engine made.
@@ -232,7 +232,7 @@ class Study:
 def measured_in_turn(
     cells: Sequence[Cell], folder: Path | None, title: str, suffix: str
 ) -> list[CellResult]:
-    """The results of cells, each of which takes all cores, measured here in their order.
+    """Measure cells that each take all cores here, one after the other, and return their results.
 
     Args:
         cells: what is measured.
@@ -249,7 +249,7 @@ def measured_in_turn(
 
 
 def cell_key(name: str, document: Document) -> str:
-    """The name of a cell's file: its own, and a hash of its document."""
+    """Return the name of a cell's file: its own, and a hash of its document."""
     digest = hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
     return f"{Path(name).name}-{digest[:12]}"
 
@@ -267,7 +267,7 @@ def bundles(cells: Iterable[Cell], limit: int | None = None) -> list[list[Cell]]
 
 
 def measure_all(cells: Sequence[Cell]) -> list[CellResult]:
-    """The results of a bundle, measured by a worker: a process of its own."""
+    """Measure a bundle's cells in a worker, a process of its own, and return the results."""
     for cell in cells:
         cell.prepare()
     try:
@@ -285,7 +285,7 @@ def run_locally(work: Sequence[Sequence[Cell]]) -> Generator[tuple[Cell, CellRes
 
 
 def _measured(cell: Cell) -> CellResult:
-    """The numbers of a cell, and the engine that made them."""
+    """Measure a cell; return its numbers and the engine that computed them."""
     result = cell.measure()
     return replace(result, software={"engine": selected()} | result.software)
 
@@ -312,7 +312,7 @@ def on_cores(
 def _persistently(
     missing: list[Cell], pool: Pool, limit: int | None
 ) -> Generator[tuple[Cell, CellResult], None, None]:
-    """The results of what is missing, asked for again when workers die.
+    """Yield the missing results; measure again when workers die.
 
     What is handed out is to be taken off `missing`.
     """

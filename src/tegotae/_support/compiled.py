@@ -93,7 +93,7 @@ def _is_of_user(status: os.stat_result) -> bool:
 
 
 def _content(path: Path) -> bytes | None:
-    """The bytes of a plain file of this user's; None of any other."""
+    """Return the bytes of a plain file of this user, or None for any other."""
     try:
         with open(path, "rb", opener=_opened) as file:
             status = os.fstat(file.fileno())
@@ -103,12 +103,14 @@ def _content(path: Path) -> bytes | None:
 
 
 def _opened(name: str, flags: int) -> int:
-    """The descriptor of a file, which is no link and no pipe that waits for its writer."""
+    """Open a file and return its descriptor; links are refused, and a pipe without a writer does
+    not block.
+    """
     return os.open(name, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
 
 
 def _of_user() -> Path | None:
-    """The usual folder; None for a user without a home."""
+    """Return the default folder, or None for a user without a home."""
     variable = "LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME"
     path = Path(os.environ.get(variable, ""))
     if sys.platform != "darwin" and path.is_absolute():
@@ -120,7 +122,7 @@ def _of_user() -> Path | None:
 
 
 def key_of(*parts: str) -> str:
-    """The name under which code is kept: a hash of all that it is made of.
+    """Return the name under which code is kept: a hash of all that it is made of.
 
     Args:
         parts: source, processor, options, version of the compiler.
@@ -141,7 +143,7 @@ def stored_code(key: str) -> bytes | None:
 
 
 def _checksum(key: str, content: bytes) -> bytes:
-    """A hash of code with its key, so that no file passes under another one's name."""
+    """Return a hash of code and its key, so that no file passes under another one's name."""
     return hashlib.sha256(key.encode() + content).digest()
 
 
@@ -184,12 +186,14 @@ def keep_xla_programs() -> None:
 
 
 def xla_folder(place: Path | None) -> str:
-    """The folder that JAX is given, which is never made while its programs are kept for it."""
+    """Return JAX's cache folder; it is never made while its programs are kept for it."""
     return "" if place is None else str(place / "xla")
 
 
 def key_of_xla_program(key: str) -> str:
-    """The name under which a program of JAX's is kept: its own key does not name the processor."""
+    """Return the name under which a program of JAX is kept; JAX's own key does not name the
+    processor.
+    """
     return key_of(key, platform.machine(), *_processor())
 
 

@@ -47,7 +47,7 @@ class DamagedDocumentError(TegotaeError):
 
 
 def read(path: Path | Traversable) -> Json:
-    """The JSON value in a file, which is TOML if its name ends in `.toml`.
+    """Return the JSON value in a file, which is TOML if its name ends in `.toml`.
 
     Raises:
         FileNotFoundError: if there is none, which callers know more about.
@@ -67,7 +67,7 @@ def read(path: Path | Traversable) -> Json:
 
 
 def parse_json(content: bytes | str) -> Any:
-    """The JSON value of a text, `checked`.
+    """Return the JSON value of a text, after the checks of `checked`.
 
     Raises:
         DamagedDocumentError: if there is none.
@@ -93,7 +93,7 @@ def parse_json(content: bytes | str) -> Any:
 
 
 def parse_toml(content: bytes | str) -> JsonObject:
-    """The value of a TOML text, `checked`.
+    """Return the value of a TOML text, after the checks of `checked`.
 
     Raises:
         DamagedDocumentError: if there is none.
@@ -112,7 +112,7 @@ def parse_toml(content: bytes | str) -> JsonObject:
 
 
 def _entries(pairs: list[tuple[str, Json]]) -> JsonObject:
-    """The entries of a JSON object: of two with one name none is preferred."""
+    """Return the entries of a JSON object; refuse two with one name."""
     entries = dict(pairs)
     if len(entries) < len(pairs):
         (name, times), *_ = Counter(name for name, _ in pairs).most_common(1)
@@ -128,7 +128,7 @@ _HARMS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud80
 
 
 def checked(value: T, _level: int = 1) -> T:
-    """The JSON value itself, if nothing in it can harm a reader, a console or a figure.
+    """Return a JSON value if nothing in it can harm a reader, a console or a figure.
 
     Raises:
         DamagedDocumentError: if it is nested too deep, or has a text with control characters (such
@@ -150,7 +150,7 @@ def checked(value: T, _level: int = 1) -> T:
 
 
 def texts_in(value: Json) -> Iterator[str]:
-    """All texts in a JSON value, but for the names of its entries.
+    """Yield all texts in a JSON value, but not the names of its entries.
 
     Example:
         >>> list(texts_in({"env": "Hopper-v5", "settings": [{"ground": "ice"}, 3]}))
@@ -172,7 +172,7 @@ _WRITTEN = "written by its earlier name"
 
 
 def later(default: T) -> T:
-    """The default of a field that a dataclass got after it was first used.
+    """Return the default of a field that was added after its dataclass was first used.
 
     Documents leave the field out where it has its default. So a new field of a body or of a fitness
     gives no record another name, and files from before stay what they are. The default may say what
@@ -190,7 +190,7 @@ def later(default: T) -> T:
 
 
 def kept_as(name: str, default: T = _NO_DEFAULT, *, written: bool = True) -> T:
-    """The default of a field that documents have under an earlier name.
+    """Return the default of a field that documents keep under an earlier name.
 
     Documents from before a field was renamed stay readable. By default new ones have the earlier
     name, too: no record gets another key, and no kept file is to be made again.
@@ -213,7 +213,7 @@ def kept_as(name: str, default: T = _NO_DEFAULT, *, written: bool = True) -> T:
 
 
 def _with_metadata(default: Any, metadata: Mapping[Any, Any]) -> Any:
-    """A field of a dataclass with a default, which may be a field itself."""
+    """Return a dataclass field with a default, which may be a field itself."""
     if not isinstance(default, dataclasses.Field):
         return dataclasses.field(default=default, metadata=metadata)
     defaults = {"default": default.default, "default_factory": default.default_factory}
@@ -222,8 +222,9 @@ def _with_metadata(default: Any, metadata: Mapping[Any, Any]) -> Any:
 
 
 def described_fields(value: Any) -> dict[str, Any]:
-    """The fields of a dataclass by their names in documents, but for those that came `later` and
-    have their default."""
+    """Return a dataclass's fields by their names in documents, without `later` ones at their
+    default.
+    """
     fields = {field: getattr(value, field.name) for field in dataclasses.fields(value)}
     return {
         document_name(f): x for f, x in fields.items() if _LATER not in f.metadata or x != f.default
@@ -236,13 +237,15 @@ def document_name(field: dataclasses.Field[Any]) -> str:
 
 
 def earlier_names(kind: Any) -> dict[str, str]:
-    """The present names of a dataclass's renamed fields (`kept_as`), by their earlier names."""
+    """Return the present names of a dataclass's renamed fields (`kept_as`), by their earlier
+    names.
+    """
     fields = [field for field in dataclasses.fields(kind) if _EARLIER_NAME in field.metadata]
     return {field.metadata[_EARLIER_NAME]: field.name for field in fields}
 
 
 def renamed_entries(kind: Any, entries: Mapping[str, T]) -> dict[str, T]:
-    """The entries of a document of a dataclass by the present names of its fields (`kept_as`).
+    """Return a document's entries by the present names of the dataclass's fields (`kept_as`).
 
     Raises:
         DamagedDocumentError: for a field that is there under both names.
@@ -255,7 +258,7 @@ def renamed_entries(kind: Any, entries: Mapping[str, T]) -> dict[str, T]:
 
 
 def as_json(value: object) -> Any:
-    """A value in the types that JSON has: null for what is undefined or not finite.
+    """Return a value in the types of JSON: null for what is undefined or not finite.
 
     Example:
         >>> as_json({"lag": np.array([0.5, np.nan]), 2: (np.int64(1), None)})
@@ -275,7 +278,8 @@ def as_json(value: object) -> Any:
 
 
 def fitted(value: object, schema: type[T], name: str = "") -> T:
-    """The value as one of a schema: a `msgspec.Struct`, a dataclass, or any type of those.
+    """Return the value converted to a schema: a `msgspec.Struct`, a dataclass, or any type of
+    those.
 
     Args:
         value: JSON values.
@@ -300,7 +304,7 @@ def fitted(value: object, schema: type[T], name: str = "") -> T:
 
 
 def _formatted(document: object, error: str, name: str, schema: Any) -> str:
-    """The validator's words in ours: `Expected `int`, got `str` - at `$.a.b[0]``."""
+    """Translate the validator's message into ours: `Expected `int`, got `str` - at `$.a.b[0]``."""
     text, _, place = error.partition(" - at `$")
     where = (name + place.rstrip("`")).lstrip(".")
     if missing := re.fullmatch(r"Object missing required field `(.*)`", text):
@@ -335,7 +339,7 @@ def _entries_of(kind: Any, place: str) -> list[str]:
 
 
 def _value(document: object, place: str) -> str:
-    """The entry at a place such as `.a.b[0]`, in short."""
+    """Return the entry at a place such as `.a.b[0]`, shortened."""
     for step in re.findall(r"[^.\[\]]+", place):
         entries = cast(dict[str, object], document)
         document = document[int(step)] if isinstance(document, list) else entries[step]
@@ -367,7 +371,7 @@ def differing(actual: Json, reference: Json) -> list[str]:
 
 
 def _codes(document: Json) -> Iterator[tuple[str, str]]:
-    """The hashes of the code in a document, by what they are of."""
+    """Yield the code hashes in a document, each with the name of its object."""
     if isinstance(document, Mapping):
         code = document.get(CODE)
         if isinstance(code, Mapping):

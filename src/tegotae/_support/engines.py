@@ -45,7 +45,7 @@ def check_engine() -> None:
 
 
 def selected() -> str:
-    """The engine of this process: `TEGOTAE_ENGINE`, or else native code on a CPU where it can be.
+    """Return this process's engine: `TEGOTAE_ENGINE`, or else native code on a CPU where it can be.
 
     Warns once where XLA takes the place of native code on a CPU. On a GPU XLA is the engine.
 
@@ -117,7 +117,9 @@ def _own_cores() -> int:
 
 
 def _most_cores() -> int:
-    """The largest number that can be asked for: every core has a thread and memory of its own."""
+    """Return the largest number of cores that can be requested; each has a thread and memory of its
+    own.
+    """
     return max(64, 4 * _own_cores())
 
 

@@ -28,7 +28,7 @@ class TegotaeError(ValueError):
 
 
 def shortened(text: str) -> str:
-    """A text without its middle, if it is longer than a message may be.
+    """Return a text without its middle if it is longer than a message may be.
 
     Example:
         >>> len(shortened("a" * 5000))
@@ -78,7 +78,7 @@ def require_count(name: str, value: int, *, least: int = 1, most: int | None = N
 
 
 def whole_numbers(name: str, values: Iterable[int]) -> tuple[int, ...]:
-    """The values as a tuple: of a list, say, which could not be hashed.
+    """Return the values as a tuple, which unlike a list can be hashed.
 
     Raises:
         TegotaeError: unless they are whole numbers.
@@ -97,7 +97,9 @@ def whole_numbers(name: str, values: Iterable[int]) -> tuple[int, ...]:
 
 
 def _short(value: int) -> str:
-    """A whole number, however long: Python refuses to write one of thousands of digits."""
+    """Return a whole number of any length as text; Python refuses to write one of thousands of
+    digits.
+    """
     return str(value) if value.bit_length() < 100 else f"about 2^{value.bit_length()}"
 
 
@@ -113,7 +115,7 @@ def is_of(value: object, kind: type) -> bool:
 
 
 def formatted(error: BaseException) -> str:
-    """An error of other code, in short: its kind and its first line.
+    """Return another library's error in short: its kind and its first line.
 
     Example:
         >>> formatted(ValueError("no leg")), formatted(SystemExit(0))
@@ -147,7 +149,7 @@ def other_code(outcome: str) -> Iterator[None]:
 
 
 def unknown(kind: str, name: str, names: Iterable[str]) -> TegotaeError:
-    """The error for a name that is not known, with the nearest names that are.
+    """Return the error for an unknown name, with the nearest known names.
 
     A name that differs from a known one in capitals alone is the nearest.
 
@@ -177,7 +179,7 @@ class MissingExtraError(TegotaeError, ImportError):
 
 
 def require(module: str, extra: str) -> ModuleType:
-    """The optional module, imported.
+    """Import and return an optional module.
 
     Raises:
         MissingExtraError: if it, or a package that it needs, is not installed.

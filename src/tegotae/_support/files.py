@@ -91,7 +91,7 @@ def _hidden(path: Path) -> str:
 
 
 def _temporary(path: Path, mode: int) -> tuple[Path, BinaryIO]:
-    """A new file beside `path`, locked for as long as it is open."""
+    """Open a new file beside `path`, locked for as long as it is open."""
     while True:
         place = path.with_name(_hidden(path) + secrets.token_hex(_RANDOM_BYTES))
         number = os.open(place, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _BINARY, mode)
@@ -132,7 +132,7 @@ def hold(file: int) -> bool:
 
 
 def output_folder(path: Path) -> Path:
-    """The folder, made if it is missing and tried for writing.
+    """Return the folder, made if it is missing and tested for writing.
 
     Raises:
         TegotaeError: if it cannot be made or written to.
@@ -149,7 +149,7 @@ def output_folder(path: Path) -> Path:
 
 
 def check_folder(path: Path) -> Path:
-    """The folder, tried for writing; no folder is left that was missing.
+    """Test a folder for writing and return it; a missing folder is not left behind.
 
     For commands that check first and write at their end: what they refuse leaves nothing.
 
@@ -166,7 +166,7 @@ def check_folder(path: Path) -> Path:
 
 
 def output_file(path: Path) -> Path:
-    """The file's path, its folder tried for writing; nothing is made.
+    """Return the file's path after a test of its folder for writing; nothing is made.
 
     Raises:
         TegotaeError: if the folder cannot be written to, the path is a folder itself, or its name
@@ -182,7 +182,7 @@ def output_file(path: Path) -> Path:
 def read_arrays(
     file: Path | BinaryIO, most_bytes: int, names: Iterable[str] | None = None
 ) -> dict[str, np.ndarray]:
-    """The arrays of an archive by name.
+    """Return the arrays of an archive by name.
 
     A few kilobytes can unpack to gigabytes, so the archive's directory is asked first.
 
@@ -229,7 +229,7 @@ def require_small(members: Iterable[zipfile.ZipInfo], most_bytes: int) -> None:
 
 
 def checksum(text: str, arrays: dict[str, np.ndarray]) -> str:
-    """A hash of a text and of arrays with their names, types and shapes."""
+    """Return a hash of a text and of arrays with their names, types and shapes."""
     digest = hashlib.sha256(text.encode())
     for name in sorted(arrays):
         values = np.ascontiguousarray(arrays[name])

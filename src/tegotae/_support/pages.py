@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 
 def filled_page(template: str, pieces: Mapping[str, str]) -> str:
-    """A template with each comment `<!--NAME-->` replaced by the piece of that name.
+    """Return a template with each comment `<!--NAME-->` replaced by the piece of that name.
 
     The template is read once, so that a placeholder's name in a piece, such as that of a user's
     file, is left as it is.
@@ -28,7 +28,7 @@ def filled_page(template: str, pieces: Mapping[str, str]) -> str:
 
 
 def as_script(data: object) -> str:
-    """JSON for a script element of HTML, whose content no text in it can end, or hide the end of.
+    """Return JSON for a script element of HTML, which no text in it can end or hide.
 
     Example:
         >>> as_script(["</script>"])

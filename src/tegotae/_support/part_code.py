@@ -20,7 +20,8 @@ _OWN = __name__.partition(".")[0]
 
 
 def code_of(kind: type | Callable[..., object]) -> str | None:
-    """SHA-256 of the code of a class or a function; None for this package's and if it is not known.
+    """Return the SHA-256 of a class's or function's code, or None for this package's and unknown
+    code.
 
     A class of no file, such as a notebook's, is its own methods alone.
 
@@ -39,7 +40,8 @@ def code_of(kind: type | Callable[..., object]) -> str | None:
 
 
 def code_of_file(file: Path, module: str = "") -> str:
-    """SHA-256 of a Python file and of the modules beside it that it imports, and those in turn.
+    """Return the SHA-256 of a Python file and of the modules beside it that it imports,
+    recursively.
 
     Beside it is what lies in its folder, or in its package and the folder around that. Of another
     kind of file it is that of its bytes.
@@ -76,7 +78,9 @@ def code_of_file(file: Path, module: str = "") -> str:
 
 
 def _canonical(tree: ast.Module) -> str:
-    """The code as text, level by level: as `ast.dump`, but the same in all versions of Python."""
+    """Return the code as text, level by level: as `ast.dump`, but the same in all versions of
+    Python.
+    """
     lines: list[str] = []
     waiting: deque[object] = deque([tree])
     while waiting:
@@ -111,7 +115,7 @@ _INSTALLED = ("site-packages", "dist-packages")
 
 
 def _beside(tree: ast.Module, path: Path, root: Path) -> Iterator[Path]:
-    """The files of the modules that code imports from under a root."""
+    """Yield the files of the modules that code imports from under a root."""
     package = path.relative_to(root).parent.parts
     for name in _imported(tree, package):
         top = name.partition(".")[0]
@@ -132,7 +136,7 @@ def _imported(tree: ast.Module, package: tuple[str, ...]) -> Iterator[str]:
 
 
 def _files(name: str, root: Path) -> Iterator[Path]:
-    """The files that importing a module, or a name of one, from under a root runs."""
+    """Yield the files that run when a module, or a name of one, is imported from under a root."""
     places: Sequence[str] | None = [str(root)]
     steps = name.split(".")
     for i in range(len(steps)):
@@ -145,7 +149,7 @@ def _files(name: str, root: Path) -> Iterator[Path]:
 
 
 def _methods(kind: type | Callable[..., object]) -> Iterator[str]:
-    """The text of a class's own methods, so far as it is known."""
+    """Yield the text of a class's own methods, where it is known."""
     for _, value in sorted(vars(kind).items()):
         functions = (getattr(value, name, None) for name in ("fget", "func", "__func__"))
         function = next(filter(None, functions), value)

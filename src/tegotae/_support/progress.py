@@ -50,7 +50,7 @@ class Reporter:
         self._last = -math.inf
 
     def update(self, count: int, note: str = "") -> None:
-        """`done` steps are done; `note` says how it goes."""
+        """Report that `done` steps are done; `note` describes the progress."""
         if self._bar is not None and self._task is not None:
             self._bar.update(self._task, completed=count, note=note)
             return

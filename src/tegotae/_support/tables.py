@@ -23,7 +23,7 @@ Column = npt.ArrayLike | Sequence[object]
 
 
 def csv_text(columns: Mapping[str, Column], *, digits: int | None = None) -> str:
-    r"""A table as the text of a CSV file.
+    r"""Return a table as the text of a CSV file.
 
     Args:
         columns: arrays or lists of one length, by name.
@@ -66,7 +66,7 @@ def write_parquet(path: Path, columns: Mapping[str, Column]) -> None:
 def read_csv(
     path: Path, needed: Iterable[str] = (), *, kind: str = "table"
 ) -> dict[str, np.ndarray]:
-    """The cells of a CSV file as texts: arrays of one length by the columns' names.
+    """Return the cells of a CSV file as texts: arrays of one length by the columns' names.
 
     Args:
         path: the file.
@@ -94,7 +94,7 @@ def read_csv(
 
 
 def parse_csv(text: str) -> dict[str, np.ndarray]:
-    r"""The cells of a CSV text, as texts by the columns' names.
+    r"""Return the cells of a CSV text, as texts by the columns' names.
 
     Raises:
         ValueError: if it has no rows, rows of unequal length, or two columns of one name.
@@ -122,7 +122,7 @@ def parse_csv(text: str) -> dict[str, np.ndarray]:
 
 
 def parse_number(text: str) -> float:
-    """A number as tables, options and names write it; Python would read 0.99_5 as 0.995.
+    """Parse a number as tables, options and names write it; Python would read 0.99_5 as 0.995.
 
     Raises:
         ValueError: for a text that is no number.
@@ -153,6 +153,6 @@ def parse_numbers(cells: Iterable[str]) -> np.ndarray:
 
 
 def _plain(columns: Mapping[str, Column]) -> dict[str, np.ndarray]:
-    """The columns as arrays; numbers in double precision, of which any digits are the value's."""
+    """Return the columns as arrays, numbers in double precision with all their digits."""
     arrays = {name: np.asarray(column) for name, column in columns.items()}
     return {name: a.astype(float) if a.dtype.kind == "f" else a for name, a in arrays.items()}

@@ -76,7 +76,7 @@ class Workers:
 
 @contextmanager
 def assigned_cores(cores: int | None) -> Iterator[None]:
-    """The environment of processes that are started in here says on how many cores to compute."""
+    """Set, in the environment of processes started within, how many cores to compute on."""
     previous = os.environ.get(CORES)
     if cores is not None:
         os.environ[CORES] = str(cores)
@@ -91,7 +91,7 @@ def assigned_cores(cores: int | None) -> Iterator[None]:
 
 @contextmanager
 def ctrl_c_held_back() -> Iterator[None]:
-    """Ctrl-C waits until this is over; processes that are started in here never see it.
+    """Delay Ctrl-C until the end of the block; processes started within never receive it.
 
     The mask is what they inherit. It does not keep the signal from other threads of this process,
     for which Python interrupts the main one: a worker that is half started would then be left
@@ -117,7 +117,7 @@ def ctrl_c_held_back() -> Iterator[None]:
 
 
 def end_with_parent(parent: int) -> None:
-    """A worker whose parent was killed would wait for work for ever."""
+    """End this worker when its parent is killed; it would wait for work for ever."""
 
     def watch() -> None:
         while os.getppid() == parent:

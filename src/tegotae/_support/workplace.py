@@ -152,7 +152,7 @@ def move(path: Path, place: Path) -> None:
 
 
 def earlier(path: Path) -> Path:
-    """A free name beside a file or a folder, for what it held before.
+    """Return a free name beside a file or a folder, for its earlier content.
 
     Example:
         >>> earlier(Path("nowhere/art")).as_posix()

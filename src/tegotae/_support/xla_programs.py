@@ -22,7 +22,7 @@ class KeptPrograms:
         self._path = Path(path)
 
     def get(self, key: str) -> bytes | None:
-        """The program of a key; None if there is none that is whole."""
+        """Return the program of a key, or None if there is none that is complete."""
         return compiled.stored_code(compiled.key_of_xla_program(key))
 
     def put(self, key: str, value: bytes) -> None:

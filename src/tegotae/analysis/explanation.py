@@ -78,7 +78,7 @@ class Evaluated:
         return paired_difference(ours, theirs, within=POSITIVE)
 
     def of_releases(self, releases: slice) -> Evaluated:
-        """The same from some of the releases."""
+        """Return the part that belongs to some of the releases."""
         rows = (self.merit, self.rate_rad_per_s, self.sound, self.speed_m_per_s)
         return Evaluated(self.omega, *(x[releases] for x in rows))
 
@@ -242,7 +242,8 @@ class ReleasedWalker(ReleasedController):
 
 
 def without_feedback(released: ReleasedController, feedback: np.ndarray) -> dict[str, Evaluated]:
-    """The controller with its feedback cut, and frozen at its mean over the gait; {} without any.
+    """Return the metrics without feedback and with its mean over the gait; {} for a controller
+    without any.
 
     Args:
         released: from which releases.
@@ -336,7 +337,7 @@ def visits(
 def _terms(
     saved: SavedController, moments: dict[str, np.ndarray], number: int
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """The load, and the values of the feedback's terms at some moments, [moments] each."""
+    """Return the load and the values of the feedback's terms at some moments, [moments] each."""
     controller, body = saved.controller, saved.body
     none = np.full_like(moments["phase_rad"], np.nan)
     with jax.enable_x64(True):
@@ -385,7 +386,7 @@ class Fit:
 
 
 def signed(x: float, digits: int = 3) -> str:
-    """A number behind others, with its sign apart.
+    """Return a number as a summand, its sign set apart.
 
     Example:
         >>> signed(-0.25), signed(2.0)
@@ -404,7 +405,7 @@ def _least_squares(columns: list[np.ndarray], values: np.ndarray) -> tuple[list[
 
 
 def action_fits(v: Visits) -> list[Fit]:
-    """A′ as an offset and one harmonic of the phase, and as an offset and two.
+    """Return A′ as an offset and one harmonic of the phase, and as an offset and two.
 
     Their numbers are o, a, b (, c, d) of `o + a cos φ + b sin φ (+ c cos 2φ + d sin 2φ)`.
     """
@@ -428,7 +429,8 @@ _TRIED = np.concatenate([[0.0], np.geomspace(0.05, 50.0, 61)])
 
 
 def reaction_fits(v: Visits) -> dict[str, Fit]:
-    """The reaction with its gain, G R, as formulas of the load N, by the law that they are of.
+    """Return the reaction with its gain, G R, as formulas of the load N, each with the law that it
+    belongs to.
 
     `b N`, `c + b N`, `c e^(-s N)` and `c + b N / (1 + s N)`.
     """
@@ -524,7 +526,7 @@ def parking(v: Visits, omega: float) -> dict[str, tuple[float, list[Arc]]]:
 
 
 def pushing(v: Visits, most_n: float) -> tuple[float, list[Arc]]:
-    """The share of the stance with more than half of the largest force, and where that is.
+    """Return the share of the stance with more than half of the largest force, and where that is.
 
     Of an actuator that never reaches half of α it is half of the largest force that it has.
 

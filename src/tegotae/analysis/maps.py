@@ -51,7 +51,7 @@ class Outcome(NamedTuple):
 
 
 def turn(phase_rad: AnyArray) -> AnyArray:
-    """The same angle in [-π, π) [rad]."""
+    """Return the same angle in [-π, π) [rad]."""
     return (phase_rad + 0.5 * TWO_PI) % TWO_PI - 0.5 * TWO_PI
 
 
@@ -82,7 +82,7 @@ class OutcomeSummary:
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> Outcome:
-        """The outcome, each entry of shape [lanes]."""
+        """Return the outcome, each entry of shape [lanes]."""
         gait = self.gait(trajectory, scenario, body, timing)
         table = hops(trajectory, body.rest_length_m)
         end_s = trajectory.time_s[-1]
@@ -123,7 +123,7 @@ class OutcomeSummary:
 
 
 def _unwrapped_phase(phase_rad: AnyArray) -> jax.Array:
-    """A phase recorded modulo 2π as one that goes on [rad], shape [frames, lanes].
+    """Return a phase recorded modulo 2π without its jumps [rad], shape [frames, lanes].
 
     Right as long as it moves by less than half a turn between frames.
     """
@@ -145,7 +145,7 @@ def axis(
     above: float | None = None,
     upper: float = MOST_GAIN,
 ) -> np.ndarray:
-    """`points` evenly spaced values from `low` to `high`.
+    """Return `points` evenly spaced values from `low` to `high`.
 
     Args:
         name: of the quantity.
@@ -170,7 +170,7 @@ def axis(
 
 
 def lanes(rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Every pair of a row's and a column's value, each of shape [rows · columns]."""
+    """Return every pair of a row's and a column's value, each of shape [rows · columns]."""
     # Each lane is a rollout, whose outcome is some thirty numbers.
     require_memory(256.0 * len(rows) * len(columns), f"{len(rows)} x {len(columns)} rollouts")
     row, column = np.meshgrid(rows, columns, indexing="ij")
@@ -178,7 +178,7 @@ def lanes(rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def as_maps(outcome: Outcome, rows: np.ndarray, columns: np.ndarray) -> Outcome:
-    """The outcome of lanes as maps, shape [rows, columns]."""
+    """Return the outcome of lanes as maps, shape [rows, columns]."""
     return Outcome(*(np.reshape(x, (len(rows), len(columns))) for x in outcome))
 
 
@@ -282,7 +282,7 @@ class HopperBasin:
         return np.asarray(height), np.asarray(across)
 
     def grid(self, column: str) -> np.ndarray:
-        """A column of the frame, [heights, columns]."""
+        """Return a column of the frame, [heights, columns]."""
         return self.frame[column].to_numpy().reshape(*map(len, self.axes))
 
 

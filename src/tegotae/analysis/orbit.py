@@ -72,7 +72,7 @@ class Orbit:
 
 
 def require_hopper(body: Body, purpose: str) -> Hopper:
-    """The body; raises `TegotaeError` if it is no hopper."""
+    """Return the body; raise `TegotaeError` if it is no hopper."""
     if not isinstance(body, Hopper):
         raise TegotaeError(f"{purpose} needs a hopper, not a {type(body).__name__}")
     return body
@@ -155,7 +155,7 @@ def find_orbit(
 
 
 def oscillator_state_names(saved: SavedController) -> tuple[str, ...]:
-    """The oscillator's state beside its phase."""
+    """Return the names of the oscillator's state beside its phase."""
     oscillator = saved.controller.oscillator
     return () if oscillator is None else oscillator.STATE
 
@@ -179,7 +179,7 @@ class _LastCycle:
 
 
 def check_heights(height_m: np.ndarray, duration_s: float) -> np.ndarray:
-    """The heights [m], [releases]; raises `TegotaeError` for any that cannot be, or none."""
+    """Return the heights [m], [releases]; raise `TegotaeError` for impossible ones, or for none."""
     heights = np.atleast_1d(np.asarray(height_m, float))
     if not len(heights):
         raise TegotaeError("no release is given; name at least one height")
@@ -239,7 +239,8 @@ class _Apexes:
 def hops_of(
     saved: SavedController, timing: Timing, **start: Any
 ) -> tuple[Hops, tuple[np.ndarray, ...]]:
-    """The hops of rollouts, and what else the oscillator's state is at their apexes, in float64.
+    """Return the hops of rollouts and, at their apexes, the rest of the oscillator's state, in
+    float64.
 
     Args:
         saved: the system and its weights.

@@ -159,7 +159,7 @@ def check_disturbances(step: float, nudge: float, turns: int) -> None:
 
 
 def linearised(image: Map, point: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """P(x), shape [d], and ∂P/∂x by central differences, shape [d, d].
+    """Return P(x), shape [d], and ∂P/∂x by central differences, shape [d, d].
 
     Example:
         >>> matrix = np.array([[0.5, 0.1], [-0.2, 0.3]])
@@ -175,7 +175,8 @@ def linearised(image: Map, point: np.ndarray, step: float) -> tuple[np.ndarray, 
 
 
 def fixed_point(image: Map, start: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray, bool]:
-    """x* = P(x*) near `start` by Newton's method, ∂P/∂x there, and whether it was found.
+    """Find x* = P(x*) near `start` by Newton's method; return it, ∂P/∂x there, and whether it
+    converged.
 
     Where Newton's method leads astray it is `start` itself.
 
@@ -202,7 +203,7 @@ def fixed_point(image: Map, start: np.ndarray, step: float) -> tuple[np.ndarray,
 
 
 def observed_factor(distance: np.ndarray) -> float:
-    """The factor per turn of a decay: a line through the logarithm of its last part.
+    """Return the factor per turn of a decay, from a line through the logarithm of its last part.
 
     The last part is below a tenth of the first distance and above what is numerical; where it has
     fewer than three points, the decay from the first distance on.
@@ -223,7 +224,7 @@ def observed_factor(distance: np.ndarray) -> float:
 
 
 def _differences(points: np.ndarray, references: np.ndarray) -> np.ndarray:
-    """The difference of points of the section, phases modulo 2π."""
+    """Return the difference of points of the section, phases modulo 2π."""
     difference = np.array(points - references)
     if difference.shape[-1] > 1:
         difference[..., 1] = turn(difference[..., 1])
@@ -233,7 +234,7 @@ def _differences(points: np.ndarray, references: np.ndarray) -> np.ndarray:
 def _apexes(
     saved: SavedController, orbit: Orbit, points: np.ndarray, cycles: int, tick_s: float
 ) -> np.ndarray:
-    """The section's points after 1 ... `cycles` turns, shape [cycles, n, d]."""
+    """Return the section's points after 1 ... `cycles` turns, shape [cycles, n, d]."""
     duration_s = (1.5 * cycles + 0.5) * orbit.period_s
     table, state = hops_of(
         saved,
@@ -252,7 +253,8 @@ def _apexes(
 
 
 def transient(saved: SavedController, *, duration_s: float = 60.0) -> np.ndarray:
-    """The section's points from a release on: height [m] and phase [rad] of each hop, [hops, d].
+    """Return the section's points from a release on: height [m] and phase [rad] of each hop, [hops,
+    d].
 
     Args:
         saved: the system and its weights.

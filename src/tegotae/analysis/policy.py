@@ -58,7 +58,7 @@ def policy_paths(
 
 
 def measured_policy(policy: Policy, paths: Trajectory) -> Measured:
-    """The metrics of a policy's first rollout, with the reason of each that is undefined.
+    """Return the metrics of a policy's first rollout, with the reason of each that is undefined.
 
     Args:
         policy: the policy.
@@ -78,7 +78,7 @@ def measured_policy(policy: Policy, paths: Trajectory) -> Measured:
 
 
 def policy_orbit(paths: Trajectory, measured: Measured) -> Orbit:
-    """The last turn of the limit cycle of a policy's first rollout.
+    """Return the last turn of the limit cycle of a policy's first rollout.
 
     Args:
         paths: of `policy_paths`.

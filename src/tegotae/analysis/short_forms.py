@@ -62,7 +62,9 @@ _REACTIONS: dict[str, Term] = {
 
 
 def forms_of_a_leg() -> dict[str, ShortLaw]:
-    """The library of one leg by name: short laws, with a second harmonic, and with a reflex."""
+    """Return the library of one leg by name: short laws, with a second harmonic, and with a
+    reflex.
+    """
     forms = [LAWS["clock"], LAWS["load"], LAWS["tuned"]]
     for name, reaction in _REACTIONS.items():
         for suffix, action in (("", OffsetAction()), ("+harmonic", TwoHarmonicsAction())):
@@ -73,7 +75,7 @@ def forms_of_a_leg() -> dict[str, ShortLaw]:
 
 
 def forms_of_legs() -> dict[str, ShortLaw]:
-    """The library of several legs by name: their action has a place, and their feet stay."""
+    """Return the library of several legs by name: their action has a place, and their feet stay."""
     return {
         name: ShortLaw(name=name, action=ShiftedAction(), reaction=reaction)
         for name, reaction in _REACTIONS.items()
@@ -160,7 +162,8 @@ def tried_forms(
 
 
 def shortest(tried: Sequence[TriedForm], share: float) -> TriedForm | None:
-    """The form of fewest numbers that keeps a share of the score, of several the best; or none.
+    """Return the form of fewest numbers that keeps a share of the score, the best of several, or
+    None.
 
     The releases that choose decide; `TriedForm.kept` then says what it keeps from the others.
     """
@@ -193,7 +196,7 @@ def retuned(
 
 
 def training_of(saved: SavedController, controller: Controller) -> Experiment:
-    """The controller's own training of a form, from drawn releases."""
+    """Return the controller's own training of a form, from drawn releases."""
     experiment = saved.experiment
     if experiment is None:
         system = dataclasses.replace(saved.system, timing=EPISODE)
@@ -210,7 +213,7 @@ def training_of(saved: SavedController, controller: Controller) -> Experiment:
 def starting_forms(
     saved: SavedController, visited: Sequence[Visits]
 ) -> dict[str, tuple[Controller, np.ndarray]]:
-    """The library's controllers by name, with the numbers of the fitted curves.
+    """Return the library's controllers by name, with the numbers of the fitted curves.
 
     Args:
         saved: the controller.
@@ -336,7 +339,7 @@ _C: dict[type[Term], str] = {
 def _spelled(
     saved: SavedController, words: dict[type[Term], str], digits: int = 3
 ) -> tuple[str, str, str]:
-    """The negative gain, the reaction and the action of the first set of weights."""
+    """Return the negative gain, the reaction and the action of the first set of weights."""
     controller, weights = saved.controller, saved.weights
     assert controller.tegotae is not None
     terms = controller.tegotae
@@ -360,8 +363,9 @@ def _pushed(saved: SavedController) -> tuple[float, float, float] | None:
 
 
 def plain_law(saved: SavedController) -> str:
-    """A form in a line of text: N is the load in weights of the body, F_k the spring force [N], f
-    the feedback [rad/s]."""
+    """Return a form as a line of text: N is the load in weights of the body, F_k the spring force
+    [N], f the feedback [rad/s].
+    """
     law = "φ̇ = ω"
     if saved.controller.tegotae is not None:
         law += f" {' '.join(_spelled(saved, _PLAIN))}"
@@ -373,7 +377,7 @@ def plain_law(saved: SavedController) -> str:
 
 
 def latex(saved: SavedController) -> str:
-    """A form as LaTeX, the load N in weights of the body."""
+    """Return a form as LaTeX, the load N in weights of the body."""
     law = r"\dot\phi = \omega"
     if saved.controller.tegotae is not None:
         law += " " + r"\, ".join(_spelled(saved, _LATEX))
@@ -386,7 +390,7 @@ def latex(saved: SavedController) -> str:
 
 
 def c_line(saved: SavedController) -> str:
-    """The rate of the phase and the force as lines of C, for reading."""
+    """Return the rate of the phase and the force as lines of C, for reading."""
     feedback = "0.0f"
     if saved.controller.tegotae is not None:
         gain, reaction, action = _spelled(saved, _C, 6)
@@ -405,6 +409,6 @@ def c_line(saved: SavedController) -> str:
 
 
 def python(saved: SavedController) -> str:
-    """A form as terms of this package with their numbers."""
+    """Return a form as terms of this package with their numbers."""
     weights = [float(f"{x:.6g}") for x in saved.weights]
     return f"SavedController.from_weights({saved.controller!r}, {weights}, omega={saved.omega!r})"

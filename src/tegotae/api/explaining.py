@@ -73,7 +73,7 @@ def explain(controller: LoadedController, options: Any) -> Explanation:
 
 
 def _explainable(controller: LoadedController) -> HopperController | WalkerController:
-    """The controller, which must be one on a body of this package."""
+    """Return the controller; refuse one on a body that is not of this package."""
     if len(controller.runs.weights) > 1 and controller.source:
         resolve(controller.source).controller()  # refused, with the file of one
     if isinstance(controller, WalkerController):
@@ -91,7 +91,7 @@ def _explainable(controller: LoadedController) -> HopperController | WalkerContr
 
 
 def _released(task: HopperController | WalkerController, options: Any) -> ReleasedController:
-    """The releases from which a controller is evaluated."""
+    """Return the releases from which a controller is evaluated."""
     runs, n = task.runs, options.releases
     saved = SavedController(runs.system, task.weights, task.name, runs.experiment)
     if isinstance(task, WalkerController):
@@ -110,7 +110,9 @@ def _released(task: HopperController | WalkerController, options: Any) -> Releas
 
 
 def _frequencies(saved: SavedController, offsets: Sequence[float] = ()) -> np.ndarray:
-    """The commands [rad/s]: those of the evaluation, those of the training, or around its own."""
+    """Return the commands [rad/s]: those of the evaluation, those of the training, or others around
+    its own ω.
+    """
     omega = saved.omega
     if omega is None:
         return np.array([math.nan])

@@ -112,7 +112,9 @@ _OF_LEGS = {
 
 
 def _hopper_recipes(budget: int) -> dict[str, Recipe]:
-    """The models, and the short laws of so many numbers at the study's frequencies, by name."""
+    """Return the models, and the short laws of so many numbers at the study's frequencies, by
+    name.
+    """
     laws = [recipe(f"{law}-w{omega}") for law in LAWS for omega in (4, 8)]
     fitting = {law.name: law for law in laws if law.controller().n_weights <= budget}
     return {**study_recipes(), **fitting}
@@ -143,7 +145,7 @@ def _on_legs(entry: Recipe, budget: int) -> JsonObject:
 
 
 def _trained(pattern: str) -> Table:
-    """The trained controllers of `[STUDY:]MODEL[/RUN]`."""
+    """Return the trained controllers of `[STUDY:]MODEL[/RUN]`."""
     query = ZooName.parse(pattern)
     zoos = (study_of(query.study),) if query.study else studies()
     first = {model: zoo.study for zoo in reversed(zoos) for model in zoo.models}
@@ -175,7 +177,7 @@ def _trained(pattern: str) -> Table:
 
 
 def _runs(zoo: Zoo, name: ZooName) -> Iterator[JsonObject]:
-    """The best run of a model, or those that are asked for."""
+    """Yield the best run of a model, or the selected ones."""
     columns = zoo.runs(name.model)
     selection = {"": str(zoo.best(name.model)), ALL: "*"}.get(name.run, name.run)
     for run in range(zoo.models[name.model]):
@@ -189,7 +191,7 @@ def _runs(zoo: Zoo, name: ZooName) -> Iterator[JsonObject]:
 
 
 def _listed(rows: list[JsonObject], headings: dict[str, str], remark: str) -> Table:
-    """The answer: on the screen the columns that have a heading."""
+    """Return the listing; on the screen it has the columns with a heading."""
     table = pd.DataFrame(rows)[[*headings]].map(_cell)
     table.columns = [*headings.values()]
     table = table.set_index(table.columns[0])
@@ -197,7 +199,7 @@ def _listed(rows: list[JsonObject], headings: dict[str, str], remark: str) -> Ta
 
 
 def _cell(value: Any) -> str:
-    """A cell on the screen, such as a list of learned terms."""
+    """Return a cell as shown on the screen, such as a list of learned terms."""
     if value is None:
         return UNDEFINED
     if isinstance(value, Iterable) and not isinstance(value, str):

@@ -402,7 +402,7 @@ def description_of(function: Callable[..., Any]) -> str:
 
 
 def _texts(function: Callable[..., Any]) -> dict[str, str]:
-    """The meanings of parameters."""
+    """Return the descriptions of parameters."""
     parameters = docstring_parser.parse(inspect.getdoc(function) or "").params
     return {x.arg_name: _sentence(x.description) for x in parameters}
 

@@ -65,7 +65,7 @@ def action_names(env: AnyEnv) -> tuple[str, ...]:
 
 
 def contact_names(env: AnyEnv) -> tuple[str, ...]:
-    """The observation's entries that are contact forces, which an environment may name.
+    """Return the observation's entries that are contact forces, which an environment may name.
 
     MuJoCo models and `MujocoContactForce` do; another one does by an attribute `contact_names`.
     """
@@ -75,14 +75,14 @@ def contact_names(env: AnyEnv) -> tuple[str, ...]:
 
 
 def flat_observation(space: AnySpace, observation: Observation) -> np.ndarray:
-    """The observation's entries in the order of `observation_names`, shape [entries]."""
+    """Return the observation's entries in the order of `observation_names`, shape [entries]."""
     if isinstance(space, Dict):
         return np.concatenate([np.ravel(observation[key]) for key in space.spaces])
     return np.asarray(observation)
 
 
 def space_of(env: AnyEnv, role: str) -> AnySpace:
-    """A space of the environment, "observation" or "action".
+    """Return a space of the environment, "observation" or "action".
 
     Raises:
         TegotaeError: if it lacks it.
@@ -193,7 +193,7 @@ class MujocoContactForce(gymnasium.ObservationWrapper[np.ndarray, Any, np.ndarra
         )
 
     def observation(self, observation: np.ndarray) -> np.ndarray:
-        """The observation and the forces [N]."""
+        """Return the observation and the forces [N]."""
         forces = np.maximum(self._forces(), 0.0).astype(observation.dtype)
         return np.concatenate([observation, forces])
 
@@ -213,7 +213,8 @@ class MujocoContactForce(gymnasium.ObservationWrapper[np.ndarray, Any, np.ndarra
 
 
 def with_contact(env: AnyEnv, bodies: Sequence[str]) -> AnyEnv:
-    """The environment with the contact forces of bodies that it does not observe already.
+    """Wrap the environment so that it observes contact forces of bodies that it does not observe
+    itself.
 
     Raises:
         TegotaeError: for an environment without a MuJoCo model, or a body that it lacks.

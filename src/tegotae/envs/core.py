@@ -60,7 +60,7 @@ class Apexes(NamedTuple):
     def updated(
         self, apex: jax.Array, time_s: jax.Array, climb_m: jax.Array, work_j: jax.Array
     ) -> Apexes:
-        """The same after a tick.
+        """Return the totals after a tick.
 
         Args:
             apex: where the tick has the apex of a hop, [lanes].
@@ -78,7 +78,9 @@ class Apexes(NamedTuple):
         )
 
     def cot_inverse(self, now_s: jax.Array) -> jax.Array:
-        """CoT⁻¹ over whole hops [m/J], [lanes]: 0 without any, or where hopping has died out."""
+        """Return CoT⁻¹ over whole hops [m/J], [lanes]: 0 without any, or where hopping has died
+        out.
+        """
         hops = self.n_apexes - 1
         begin = jnp.where(left_out(hops) > 0, self.second, self.first)
         climb_m, work_j = self.last - begin
@@ -169,7 +171,7 @@ class EnvStep(NamedTuple):
     """Shape [lanes, len(TELEMETRY)]."""
 
     def info(self, lane: int) -> dict[str, float]:
-        """The telemetry of a lane, by name."""
+        """Return the telemetry of a lane, by name."""
         return dict(zip(TELEMETRY, self.telemetry[lane].tolist(), strict=True))
 
 
@@ -319,12 +321,12 @@ class Hoppers:
 
 
 def action_space() -> Box:
-    """One number in [-1, 1]."""
+    """Return the space of actions: one number in [-1, 1]."""
     return Box(-1.0, 1.0, (1,), np.float32)
 
 
 def observation_space(settings: HopperSettings) -> Box:
-    """The observed entries in their bounds."""
+    """Return the space of observations: the observed entries within their bounds."""
     body = settings.body
     at_rest = body.release(jnp.ones(()), jnp.zeros(()))
     scales = {} if settings.dimensionless else body.sense(at_rest, jnp.zeros(())).scales
@@ -383,7 +385,7 @@ def _restart(
 def _advance(
     program: _CompiledSettings, numbers: _Numbers, episodes: Episodes, actions: jax.Array
 ) -> tuple[Episodes, jax.Array]:
-    """One step of the agent: its action is held for `decimation` ticks."""
+    """Advance one step of the agent, whose action is held for `decimation` ticks."""
     command = jnp.clip(actions, -1.0, 1.0) * numbers.action_scale
 
     def tick(_, carry: tuple[Episodes, jax.Array]) -> tuple[Episodes, jax.Array]:
@@ -404,7 +406,7 @@ def _tick(
     episodes: Episodes,
     paid: jax.Array,
 ) -> tuple[Episodes, jax.Array]:
-    """One control tick, and what it adds to the reward."""
+    """Advance one control tick; return also its share of the reward."""
     body, ledger = numbers.body, episodes.ledger
     lane, output = program.loop.tick(
         (command,), body, episodes.scenario, episodes.lane, episodes.tick, numbers.tick_s
@@ -444,7 +446,9 @@ def _tick(
 def _report(
     program: _CompiledSettings, numbers: _Numbers, episodes: Episodes, reward: jax.Array
 ) -> jax.Array:
-    """All that leaves the device, one row a quantity: a single transfer instead of a dozen."""
+    """Return everything that leaves the device, one row per quantity: one transfer instead of a
+    dozen.
+    """
     controller, body, moment = program.controller, numbers.body, episodes.lane.moment
     ledger = episodes.ledger
     like = reward

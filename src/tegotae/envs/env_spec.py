@@ -38,7 +38,7 @@ class EnvSpec:
 
     @classmethod
     def of_task(cls, task: EnvTask, name: str) -> EnvSpec:
-        """The environment of a controller file.
+        """Return the environment of a controller file.
 
         A registered id and a MuJoCo model are data. All else that the file names, in the settings
         of the environment, too, is code (`require_named`).
@@ -54,7 +54,8 @@ class EnvSpec:
 
     @classmethod
     def of_document(cls, env: str, settings: Mapping[str, Json], document: str) -> EnvSpec:
-        """The environment that a document names, which is no code, or code that the user named.
+        """Return the environment that a document names: a registered one, or code that the user
+        named.
 
         Args:
             env: its name.
@@ -95,7 +96,7 @@ class EnvSpec:
         return model_settings_of(None, {"model": self.env, **dict(self.settings)})
 
     def for_wiring(self, wiring: Wiring) -> EnvSpec:
-        """The same; of a MuJoCo model with the feet and the control period that a wiring names.
+        """Return the environment; a MuJoCo model gets the feet and the control period of a wiring.
 
         Raises:
             TegotaeError: for a control period that is not the wiring's.
@@ -121,7 +122,7 @@ class EnvSpec:
         return replace(self, settings=tuple({**required, **settings}.items()))
 
     def make(self) -> AnyEnv:
-        """The environment.
+        """Make the environment.
 
         Raises:
             TegotaeError: if there is none of this name, or it cannot be made so.

@@ -34,7 +34,7 @@ _DIAL_CENTRE, _DIAL_RADIUS = (_SIZE - 36.0, 36.0), 24.0
 
 
 def draw_frame(settings: HopperSettings, step: EnvStep | None, lane: int = 0) -> np.ndarray:
-    """The hopper of a lane on its ground, uint8, shape [SIZE, SIZE, 3].
+    """Draw the hopper of a lane on its ground, uint8, shape [SIZE, SIZE, 3].
 
     The leg reddens with the actuator force; the dial at the upper right shows the phase, zero to
     the right and growing counterclockwise. The frame reaches from half a leg under the undropped
@@ -171,7 +171,7 @@ class HopperEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         return last.observation[0], float(last.reward[0]), *ended, last.info(0)
 
     def render(self) -> np.ndarray | None:
-        """The present frame where `render_mode` is `rgb_array`; a window shows itself.
+        """Return the present frame if `render_mode` is `rgb_array`; a window updates itself.
 
         Raises:
             TegotaeError: before `reset`.
@@ -342,7 +342,7 @@ class HopperVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         return step.observation, rewards, terminated, truncated, infos
 
     def render(self) -> tuple[np.ndarray, ...] | None:
-        """A frame for each hopper, or None without a render mode."""
+        """Return a frame for each hopper, or None without a render mode."""
         if self.render_mode is None:
             return None
         return tuple(draw_frame(self.settings, self._last, lane) for lane in range(self.num_envs))
@@ -355,7 +355,7 @@ class TegotaeHopperVectorEnv(HopperVectorEnv):
 
 
 def _infos(step: EnvStep, where: np.ndarray) -> Info:
-    """`info` of all lanes, as Gymnasium lays it out: a value and a mask by name."""
+    """Return `info` of all lanes in Gymnasium's layout: a value and a mask by name."""
     infos: dict[str, Any] = {}
     for name, column in zip(TELEMETRY, step.telemetry.T, strict=True):
         infos[name] = np.where(where, column, 0.0)

@@ -166,7 +166,7 @@ class Policy:
         return self.meaning.omega if self.meaning.with_phase else None
 
     def weights(self, signals: Signals) -> list[np.ndarray]:
-        """Its answers to signals, as the one weight of the controller, [points]."""
+        """Return the policy's answers to signals, as the one weight of the controller, [points]."""
         settings = self.meaning.settings
         read = signals.dimensionless if settings.dimensionless else signals.__getitem__
         observed = np.stack([np.asarray(read(name)) for name in settings.observed], axis=-1)
@@ -219,7 +219,8 @@ _ARGUMENTS = {
 def from_function(
     function: Callable[..., Any], meaning: Meaning | None = None, *, name: str = ""
 ) -> Policy:
-    """A function of some of phase, spring force, velocity and height, in SI units, as a policy.
+    """Return a policy made from a function of phase, spring force, velocity and height, in SI
+    units.
 
     Its answer is the actuator force [N], or, where `meaning.acts` is "feedback", the feedback
     [rad/s]. It is given arrays; one that takes single numbers alone is asked number by number.
@@ -279,7 +280,8 @@ def from_function(
 
 
 def load_policy(place: Any, meaning: Meaning | None = None) -> Policy:
-    """The policy of a .zip of Stable-Baselines3, an .onnx file, or a function of your own file.
+    """Load the policy of a .zip of Stable-Baselines3, an .onnx file, or a function of your own
+    file.
 
     Of a model of Stable-Baselines3 (SAC, PPO, TD3, DDPG, A2C) the deterministic policy is taken,
     and only its numbers are read: its file has pickled parts, too, which could run code. An ONNX
@@ -434,7 +436,7 @@ def _settings(path: Path, saved: dict[str, Any]) -> dict[str, Any]:
 
 
 def _numbers(value: Any) -> list[int]:
-    """All whole numbers in a JSON value.
+    """Return all whole numbers in a JSON value.
 
     Example:
         >>> _numbers({"net_arch": {"pi": [64, 64]}, "n_critics": 2})
@@ -447,7 +449,7 @@ def _numbers(value: Any) -> list[int]:
 
 
 def _box(does: str, saved: dict[str, Any]) -> Any:
-    """A space, by the text of its limits."""
+    """Return a space from the text of its limits."""
     from gymnasium.spaces import Box
 
     kind = saved.get(":type:", "")

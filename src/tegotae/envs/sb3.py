@@ -26,7 +26,7 @@ class LaneVecEnv(VecEnv):
     """Lanes that are stepped together, without environments of their own: they share attributes."""
 
     def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
-        """An attribute, the same for each lane asked for."""
+        """Return an attribute, the same for each requested lane."""
         value = getattr(self, attr_name)
         return [value for _ in self._get_indices(indices)]
 
@@ -127,7 +127,7 @@ class HopperVecEnv(LaneVecEnv):
         """Nothing is held open."""
 
     def get_images(self) -> Sequence[np.ndarray | None]:
-        """A frame for each hopper."""
+        """Return a frame for each hopper."""
         return [draw_frame(self.settings, self._last, lane) for lane in range(self.num_envs)]
 
 

@@ -23,7 +23,7 @@ _STANDS = math.sqrt(0.5)
 def model_scales(
     env: AnyEnv, *, feet: Sequence[str] | None = None, limbs: int = 1
 ) -> dict[str, float]:
-    """The scales of a limb's signals, from the masses and lengths of a MuJoCo model.
+    """Return the scales of a limb's signals, from the masses and lengths of a MuJoCo model.
 
     With the weight W of all bodies, n limbs, and the length l, which is how high the centre of mass
     is over the lowest of the feet in the model's start:
@@ -57,7 +57,7 @@ def model_scales(
 def scales_of(
     model: MjModel, feet: Sequence[str] | None = None, *, limbs: int = 1
 ) -> dict[str, float]:
-    """The same of a compiled MuJoCo model (`MjModel`)."""
+    """Return the scales of a compiled MuJoCo model (`MjModel`)."""
     gravity, weight = gravity_m_per_s2(model), weight_n(model)
     data = started(model)
     geoms = np.flatnonzero(model.geom_bodyid > 0).tolist()
@@ -103,7 +103,7 @@ def body_scales(body: Body | Interface) -> dict[str, float]:
 
 
 def units_of(body: Body) -> Units:
-    """Froude's units of a body: l0, √(l0 / g) and its weight, of a hopper or a walker.
+    """Return Froude's units of a body: l0, √(l0 / g) and its weight, for a hopper or a walker.
 
     Example:
         >>> from tegotae.parts.bodies import Hopper
@@ -143,7 +143,7 @@ class Foot(NamedTuple):
 
 
 def foot_of(model: MjModel, name: str) -> Foot:
-    """The body of this name, or else the geom.
+    """Return the body of this name, or else the geom.
 
     Raises:
         TegotaeError: if there is none that can move.
@@ -163,7 +163,7 @@ def foot_of(model: MjModel, name: str) -> Foot:
 
 
 def chain_of(model: MjModel, foot: str) -> set[int]:
-    """The bodies between a foot and the trunk, which is not one of them."""
+    """Return the bodies between a foot and the trunk, which is excluded."""
     body, chain = foot_of(model, foot).body, set()
     while body > 1:
         chain.add(body)
@@ -190,7 +190,7 @@ def foot_place(model: MjModel, data: MjData, foot: str) -> np.ndarray:
 
 
 def started(model: MjModel) -> MjData:
-    """MuJoCo's data at the model's start: its first keyframe, or else its zero."""
+    """Return MuJoCo's data at the model's start: its first keyframe, or else its zero."""
     mujoco = require("mujoco", "mujoco")
     data = mujoco.MjData(model)
     if model.nkey:

@@ -36,7 +36,7 @@ class _One(Term):
     """A term that is 1: `f = G · 1 · 1` leaves the feedback to the gain, which is the agent's."""
 
     def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
-        """1."""
+        """Return 1."""
         return jnp.ones_like(next(iter(signals.values.values())))
 
 
@@ -55,12 +55,12 @@ class CommandedForce(Actuation):
 
 
 def force_controller() -> Controller:
-    """The controller whose one weight is the actuator force [N]."""
+    """Return the controller whose one weight is the actuator force [N]."""
     return Controller(CommandedForce())
 
 
 def feedback_controller(actuation: Actuation, oscillator: Oscillator | None = None) -> Controller:
-    """The controller whose one weight is the Tegotae feedback f [rad/s].
+    """Return the controller whose one weight is the Tegotae feedback f [rad/s].
 
     An oscillator (the phase oscillator by default) and an actuation without weights make the force
     of it: the agent stands where `G · A′(φ) · R(s)` stood.
@@ -113,7 +113,9 @@ class HopReward(Part):
     def of_hop(
         self, *, climb_m: Numeric, work_j: Numeric, lost_j: Numeric
     ) -> tuple[jax.Array, jax.Array]:
-        """CoT⁻¹ of a hop [m/J] and whether it is rewarded, each of the shape of the lanes."""
+        """Return CoT⁻¹ of a hop [m/J] and whether it is rewarded, each of the shape of the
+        lanes.
+        """
         paid = jnp.asarray(work_j) > self.least_work_j
         spent = work_j + jnp.maximum(lost_j, 0.0) if self.charge_stored else work_j
         return jnp.where(paid, cot_inverse(climb_m, spent), 0.0), paid
@@ -333,7 +335,7 @@ def _check_number(name: str, value: float) -> None:
 
 
 def _of_kind(kind: type[K], name: str, value: object, default: type[K]) -> K:
-    """The value, which may be given as a mapping of the arguments of the usual one."""
+    """Return the value; a mapping is converted to the default class with these arguments."""
     if isinstance(value, Mapping):
         return _construct(default, f"argument of {name}", value)
     if not isinstance(value, kind):
@@ -355,7 +357,7 @@ def _construct(kind: type[K], role: str, arguments: Mapping[str, Any]) -> K:
 def hopper_settings_of(
     kind: type[HopperSettings], arguments: Mapping[str, object]
 ) -> HopperSettings:
-    """The settings that these keyword arguments of an environment stand for.
+    """Return the settings that these keyword arguments of an environment specify.
 
     Raises:
         TegotaeError: for an argument that the environment does not have.

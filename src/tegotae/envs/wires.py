@@ -59,7 +59,7 @@ class Wires:
 
 
 def controller_of_wiring(wiring: Wiring) -> Controller:
-    """The controller of all limbs: a unit each, with weights in common or of their own.
+    """Return the controller of all limbs: one unit each, with weights in common or of their own.
 
     One whose units share their weights, and do not see each other, fits any number of limbs.
 
@@ -85,7 +85,9 @@ def controller_of_wiring(wiring: Wiring) -> Controller:
 
 
 def weights_of(wiring: Wiring) -> tuple[np.ndarray, list[str]]:
-    """The weights as one vector of the controller of all limbs, and what they lack to be used."""
+    """Return the weights as one vector of the controller of all limbs, and the problems that
+    prevent their use.
+    """
     if wiring.weights is None:
         return np.zeros(0), ["the wiring has no weights; train it, or give weights="]
     count, limbs = wiring.controller.n_weights, len(wiring.limbs)
@@ -105,7 +107,7 @@ def weights_of(wiring: Wiring) -> tuple[np.ndarray, list[str]]:
 
 
 def look_up(env: AnyEnv, wiring: Wiring) -> tuple[Wires | None, list[str]]:
-    """The wires, or what stands in their way; weights and frequency apart."""
+    """Return the wires, or the problems that prevent them; weights and frequency apart."""
     limbs = list(wiring.limbs)
     try:
         observed = _names("observation", wiring.observation_names, observation_names(env))
@@ -264,7 +266,7 @@ def _of_ends(
 
 
 def check_wiring(env: AnyEnv, wiring: Wiring, *, steps: int = 200, seed: int = 0) -> list[str]:
-    """The problems of a wiring on this environment: one plain sentence each.
+    """Return the problems of a wiring on this environment, one plain sentence each.
 
     First the names, shapes and numbers are looked up; if all are there, the environment is run for
     some steps of random actions, to see whether what is wired as the contact force looks like one:

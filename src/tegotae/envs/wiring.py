@@ -149,7 +149,7 @@ class Wiring:
     def from_controller(
         cls, file: Path | str, wiring: Wiring | Path | str | None = None, **changes: object
     ) -> Wiring:
-        """The wiring of a controller file.
+        """Return the wiring of a controller file.
 
         A controller that was trained on an environment has the wiring that it was trained with.
         Another one, such as the hopper's, needs a wiring, for what its limbs are elsewhere. Its
@@ -181,7 +181,7 @@ class Wiring:
         return dataclasses.replace(wiring.holding(saved), **changes)
 
     def holding(self, saved: SavedController) -> Wiring:
-        """The same with a saved controller: its structure, weights, frequency and α.
+        """Return this wiring with a saved controller: its structure, weights, frequency and α.
 
         Scales that are not given are those of the body that it was trained on. With units, all
         scales and the frequency are its own, in proportion: every limb is as it was there.
@@ -213,7 +213,8 @@ class Wiring:
         )
 
     def reading(self, controller: Controller) -> Wiring:
-        """The same with another controller; senses that none of its terms reads are left out.
+        """Return this wiring with another controller, without the senses that none of its terms
+        reads.
 
         So are axes of a foot that it does not command.
         """
@@ -230,7 +231,7 @@ class Wiring:
         return dataclasses.replace(self, controller=controller, limbs=limbs)
 
     def with_scales(self, env: AnyEnv) -> Wiring:
-        """The same, scales that are not given being those of the environment's MuJoCo model.
+        """Return this wiring with missing scales taken from the environment's MuJoCo model.
 
         Raises:
             TegotaeError: for an environment without one, or a scale whose name has a slip.
@@ -243,7 +244,7 @@ class Wiring:
 
 
 def _units_of(saved: SavedController, local: Units) -> tuple[Units, Units]:
-    """The units in which a controller counts where it was trained, and those on a body of these.
+    """Return the units of a controller where it was trained, and those on a body of these units.
 
     One from another simulator counts in the units of its wiring.
     """
@@ -253,7 +254,8 @@ def _units_of(saved: SavedController, local: Units) -> tuple[Units, Units]:
 
 
 def misnamed_scales(scales: Mapping[str, float], signals: Sequence[str]) -> list[str]:
-    """A line on every scale that is nearly of a signal without one, and so would have no effect.
+    """Yield a sentence for every scale whose name is close to a signal's but unknown, and has no
+    effect.
 
     Scales of other names may be for other controllers.
 
@@ -282,7 +284,7 @@ def read_by(controller: Controller) -> list[str]:
 
 
 def load_wiring(path: Path | str) -> Wiring:
-    """The wiring in a TOML or JSON file, or one that comes with the package, by its name.
+    """Load the wiring of a TOML or JSON file, or one that comes with the package, by its name.
 
     Args:
         path: a file that ends in `.toml` or `.json`, a wiring's or a robot's; or `hopper`, `leg` or
@@ -336,7 +338,7 @@ def save_wiring(
 
 
 def wiring_document(wiring: Wiring) -> JsonObject:
-    """A wiring as plain JSON values; all but its controller and weights.
+    """Return a wiring as plain JSON values, without its controller and weights.
 
     Example:
         >>> wiring_document(load_wiring("hopper"))["height"]
@@ -361,7 +363,7 @@ def wiring_document(wiring: Wiring) -> JsonObject:
 
 
 def wiring_of(document: object, folder: Path | None = None) -> Wiring:
-    """The wiring of plain JSON values.
+    """Return the wiring of plain JSON values.
 
     Args:
         document: what `wiring_document` made, or a file holds.
@@ -403,7 +405,9 @@ def wiring_of(document: object, folder: Path | None = None) -> Wiring:
 
 
 def _controller(name: str, folder: Path) -> SavedController:
-    """The controller of a name: a file beside the wiring, or what the name means everywhere."""
+    """Return the controller of a name: a file beside the wiring, or a name that is known
+    everywhere.
+    """
     beside = folder / name
     is_file = beside.exists() or (beside.suffix == ".json" and not is_reference(name))
     meant = str(beside if is_file else name)
@@ -422,7 +426,7 @@ _OTHERWISE = ("limbs", "weights", "controller", "scales", "units")
 
 
 def _nonempty(values: Mapping[str, str | float | Sequence[Any] | None]) -> JsonObject:
-    """The entries that are not None and not empty, with JSON's numbers."""
+    """Return the entries that are not None and not empty, with numbers of JSON."""
     return {
         name: float(value) if isinstance(value, (int, float)) else as_json(value)
         for name, value in values.items()

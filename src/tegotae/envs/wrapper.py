@@ -62,7 +62,7 @@ class Pilot:
         self._sample = sampler(controller, self._lanes, tuple(wires.sensed), tuple(wiring.scales))
 
     def reset(self) -> None:
-        """All oscillators at the phases of their limbs."""
+        """Reset all oscillators to the phases of their limbs."""
         oscillator = self._controller.oscillator
         assert oscillator is not None  # look_up refuses a controller without
         start = np.broadcast_to(self._phases[:, None], (self._wires.limbs, self._lanes))
@@ -98,7 +98,8 @@ class Pilot:
         added: np.ndarray | None = None,
         free: ArrayLike | None = None,
     ) -> np.ndarray:
-        """One sample: the actions [lanes, entries], the oscillators being a step on then.
+        """Take one sample: return the actions [lanes, entries] and advance the oscillators by a
+        step.
 
         Args:
             observed: the observations, [lanes, entries].
@@ -135,7 +136,7 @@ class Pilot:
         return action
 
     def _of_limbs(self, x: np.ndarray) -> np.ndarray:
-        """[limbs, lanes] as the controller has it: one limb has no axis."""
+        """Return [limbs, lanes] in the controller's layout: one limb has no axis."""
         return x[0] if self._wires.limbs == 1 else x
 
 
@@ -203,7 +204,7 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
         return self._outward(observation, info)
 
     def step(self, action: np.ndarray) -> tuple[Any, Any, bool, bool, Info]:
-        """One step of the environment.
+        """Step the environment once.
 
         Raises:
             TegotaeError: before `reset`, or for an action of the wrong shape.

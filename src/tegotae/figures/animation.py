@@ -90,7 +90,7 @@ def save_animation(moving: Animation, path: Path) -> Path:
 
 
 def animation_file(path: Path | str) -> Path:
-    """The path of an animation to be written, its ending known and its folder tried.
+    """Return the path of an animation to be written, after a check of its ending and folder.
 
     Raises:
         TegotaeError: for another ending, a missing ffmpeg, or a folder that cannot be written to.
@@ -166,7 +166,7 @@ class GifWriter(PillowWriter):
 
 
 def animation(result: Result) -> Animation:
-    """The animation of a simulation."""
+    """Return the animation of a simulation."""
     t, hopper = result.trajectory, result.body
     stride = max(1, round(1.0 / FRAMES_PER_S / result.timing.frame_s))
     frames = range(0, len(t.time_s), stride)
@@ -217,7 +217,7 @@ def animated(
     frames: Sequence[int],
     artists: Sequence[Artist] = (),
 ) -> Animation:
-    """The animation that a function draws, frame by frame.
+    """Animate frame by frame with a function that draws.
 
     It is laid out once: a constrained layout per picture would take most of the time.
 
@@ -247,7 +247,7 @@ _NO_CONTEXT = (
 
 
 def film_animation(replay: Replay) -> Animation:
-    """The film of an episode from the side, following the trunk.
+    """Return the film of an episode from the side, following the trunk.
 
     The episode's actions are played again: a MuJoCo model then goes through the same episode, to
     rounding, and so does an environment of Gymnasium that is reset with the same seed.
@@ -284,7 +284,7 @@ def film(replay: Replay) -> list[np.ndarray]:
 
 
 def _pictured_steps(replay: Replay) -> np.ndarray:
-    """The steps of which there is a picture."""
+    """Return the steps of which there is a picture."""
     time = replay.episode.time_s
     count = max(1, int(time[-1] * FRAMES_PER_S))
     return np.searchsorted(time, np.arange(count) / FRAMES_PER_S).clip(max=len(time) - 1)
@@ -323,7 +323,7 @@ def _of_model(settings: ModelSettings, replay: Replay) -> list[np.ndarray]:
 
 @contextmanager
 def model_camera(model: MjModel, distance_m: float) -> Iterator[Callable[[MjData], np.ndarray]]:
-    """A function that draws a model's state from the side.
+    """Open a camera, and yield a function that draws a model's state from the side.
 
     Args:
         model: an `MjModel`.
@@ -380,7 +380,7 @@ def _mark_ground(mujoco: Any, scene: Any, data: MjData, distance_m: float) -> No
 
 
 def _context() -> Any:
-    """An offscreen OpenGL context by the first way that this machine has.
+    """Return an offscreen OpenGL context by the first method that works on this machine.
 
     Raises:
         TegotaeError: if it has none.
@@ -401,7 +401,7 @@ def _context() -> Any:
 
 
 def _of_environment(replay: Replay) -> list[np.ndarray]:
-    """Gymnasium's pictures, of an environment that draws itself."""
+    """Return the pictures of an environment that draws itself with Gymnasium."""
     spec = replay.experiment.spec
     if "MUJOCO_GL" not in os.environ and sys.platform == "linux" and not os.environ.get("DISPLAY"):
         os.environ["MUJOCO_GL"] = "egl"

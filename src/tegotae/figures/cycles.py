@@ -31,7 +31,7 @@ from tegotae.simulation.recorder import Trajectory
 
 
 def phase_axis(axes: Axes, label: str = "phase φ [rad]") -> None:
-    """A horizontal axis of phase, from 0 to 2π."""
+    """Set a horizontal axis of phase, from 0 to 2π."""
     axes.set_xlim(0.0, 2.0 * np.pi)
     axes.set_xticks(np.arange(5) * 0.5 * np.pi, ["0", "π/2", "π", "3π/2", "2π"])
     axes.set_xlabel(label)
@@ -46,7 +46,7 @@ def phase_ticks(axis: Axis) -> None:
 
 
 def _fraction_of_pi(angle_rad: float) -> str:
-    """An angle as a fraction of π.
+    """Return an angle as text in fractions of π.
 
     Example:
         >>> [_fraction_of_pi(x * np.pi) for x in (0.0, 0.75, -1.0, 2.0)]
@@ -84,7 +84,7 @@ _SMALL_FEEDBACK = 0.1
 def surface_figure(
     surface: Surface, orbit: Orbit | None, *, max_force_n: float, note: str = ""
 ) -> Figure:
-    """F_a over phase and spring force, with the limit cycle; below, F_a and f along the cycle.
+    """Draw F_a over phase and spring force with the limit cycle; below, F_a and f along the cycle.
 
     Args:
         surface: the surface.
@@ -145,7 +145,7 @@ def surface_tables(surface: Surface, orbit: Orbit | None) -> dict[str, Table]:
 
 
 def draw_path(axes: Axes, x: np.ndarray, spring_force_n: np.ndarray) -> None:
-    """A limit cycle on a surface, with an arrow for its direction; x is NaN where it wraps."""
+    """Draw a limit cycle on a surface, with an arrow for its direction; x is NaN where it wraps."""
     halo = [Stroke(linewidth=2.6, foreground="white"), Normal()]
     axes.plot(x, spring_force_n, color="black", lw=1.2, path_effects=halo)
     half = int(np.argmax(spring_force_n > 0.5 * np.max(spring_force_n)))
@@ -306,7 +306,9 @@ def _draw_apexes(axes: Axes, section: Poincare, transient: np.ndarray) -> None:
 
 
 def predicted(section: Poincare) -> np.ndarray:
-    """The nudge's distance from the fixed point if the return map were linear, shape [turns]."""
+    """Return the nudge's distance from the fixed point if the return map were linear, shape
+    [turns].
+    """
     points = [section.nudged[0] - section.fixed_point]
     for _ in section.distance[1:]:
         points.append(section.jacobian @ points[-1])

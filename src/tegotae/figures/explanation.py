@@ -34,7 +34,7 @@ def explanation_figure(
     surface: Surface | None,
     evaluated: Mapping[str, Evaluated],
 ) -> Figure:
-    """A′ over phase with the density of visits, G R over load, the force, and the rate over ω.
+    """Draw A′ over phase with the density of visits, G R over load, the force, and the rate over ω.
 
     Args:
         name: of the controller.
@@ -73,7 +73,7 @@ def explanation_figure(
 def forms_figure(
     forms: Sequence[tuple[str, int, Interval]], evaluated: Mapping[str, Evaluated], unit: str
 ) -> Figure:
-    """The scores of short forms, a row each; lines are the controller's.
+    """Draw the scores of short forms, one row each; lines mark those of the controller.
 
     Args:
         forms: name, how many numbers, and score.
@@ -96,7 +96,7 @@ def forms_figure(
 
 
 def _density(axes: Axes, visited: Sequence[Visits]) -> None:
-    """The share of the time in parts of a turn, in flight and in stance, behind the curve."""
+    """Draw the share of time in parts of a turn behind the curve, in flight and in stance."""
     phase_axis(axes)
     behind = axes.twinx()
     behind.set_zorder(-1)
@@ -112,7 +112,7 @@ def _density(axes: Axes, visited: Sequence[Visits]) -> None:
 
 
 def _force(figure: Figure, axes: Axes, surface: Surface, v: Visits) -> None:
-    """The force over phase (or velocity) and spring force, and where the gait is."""
+    """Draw the force over phase (or velocity) and spring force, with the gait on it."""
     phase, forces = surface.phase_rad, surface.actuator_force_n
     across = surface.velocity_m_per_s if phase is None else phase
     mesh = axes.pcolormesh(

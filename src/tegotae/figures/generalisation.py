@@ -27,7 +27,7 @@ _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 
 def curves_figure(results: Sequence[Done], disturbances: Sequence[Disturbance]) -> Figure:
-    """A panel a disturbance: the share of each controller's runs that keep their gait.
+    """Draw the share of each controller's runs that keep their gait, one panel per disturbance.
 
     Of more controllers than there are colours all are one line.
     """
@@ -41,8 +41,8 @@ def curves_figure(results: Sequence[Done], disturbances: Sequence[Disturbance]) 
 def groups_figure(
     groups: Mapping[str, Sequence[Done]], disturbances: Sequence[Disturbance]
 ) -> Figure:
-    """A panel a disturbance, and a line a group of controllers, with the 95 % interval of a share
-    over runs (Wilson's score), where there are `FEW` of them or more.
+    """Draw one panel per disturbance and one line per group of controllers, with the 95 % interval
+    of a share over runs (Wilson's score), where there are `FEW` of them or more.
 
     Args:
         groups: by the label of the line.

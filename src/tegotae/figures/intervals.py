@@ -16,7 +16,7 @@ _ACROSS = 3
 
 @styled()
 def intervals_figure(names: Sequence[str], cells: Mapping[str, Iterable[Interval]]) -> Figure:
-    """A dot a controller at its mean, with a line over its 95 % interval.
+    """Draw each controller's mean as a dot, with a line over its 95 % interval.
 
     Args:
         names: of the controllers, or of what else has a row.

@@ -27,7 +27,7 @@ _BESIDE = 3  # panels side by side
 
 @styled()
 def algorithms_figure(curves: pd.DataFrame) -> Figure:
-    """CoT⁻¹, or the fitness, during training: runs, their mean and its 95 % interval (Fig. 3).
+    """Draw CoT⁻¹, or the fitness, during training: runs, their mean and its 95 % interval (Fig. 3).
 
     One panel a model and algorithm, so that no interval hides another; the means of the other
     algorithms are grey lines behind. Below is the simulated time that was learned from, the same
@@ -77,7 +77,7 @@ def algorithms_figure(curves: pd.DataFrame) -> Figure:
 
 
 def _algorithm_title(name: str) -> str:
-    """An algorithm as it is written in a figure.
+    """Return the title of an algorithm in a figure.
 
     Example:
         >>> _algorithm_title("pgpe, usual settings"), _algorithm_title("mine")
@@ -88,7 +88,7 @@ def _algorithm_title(name: str) -> str:
 
 
 def _handles(several_runs: bool, several_algorithms: bool) -> list[Artist]:
-    """The legend, of what is drawn."""
+    """Return the legend's entries for the drawn lines."""
     label = "mean over runs" if several_runs else "run"
     handles: list[Artist] = [Line2D([], [], color="black", lw=1.2, label=label)]
     if several_runs:
@@ -101,7 +101,7 @@ def _handles(several_runs: bool, several_algorithms: bool) -> list[Artist]:
 
 
 def _draw_runs(panel: Axes, runs: Sequence[pd.DataFrame], mean: pd.DataFrame, colour: str) -> None:
-    """An algorithm's interval, runs and mean."""
+    """Draw an algorithm's interval, runs and mean."""
     later = mean[mean["simulated_s"] > 0.0]
     look = {"color": colour, "alpha": 0.15, "lw": 0, "zorder": 2.1}
     panel.fill_between(later["simulated_s"], later["low"], later["high"], **look)
@@ -113,7 +113,7 @@ def _draw_runs(panel: Axes, runs: Sequence[pd.DataFrame], mean: pd.DataFrame, co
 
 
 def _draw_mean(panel: Axes, mean: pd.DataFrame, **look) -> None:
-    """A mean over simulated time; a dot where there is only one point."""
+    """Draw a mean over simulated time, as a dot if there is only one point."""
     later = mean[mean["simulated_s"] > 0.0]
     marker = "o" if len(later) == 1 else ""
     panel.plot(later["simulated_s"], later["value"], marker=marker, **look)
@@ -133,7 +133,7 @@ def _draw_episodes(panel: Axes, mean: pd.DataFrame, *, labelled: bool) -> None:
 
 
 def algorithms_tables(curves: pd.DataFrame) -> dict[str, Table]:
-    """All points of all runs, and as `mean` what is drawn."""
+    """Return all points of all runs, and the drawn means as `mean`."""
     means = []
     for (model, algorithm), runs in groups(curves).items():
         mean = _mean(runs).rename(columns={"value": measure_of(curves)})

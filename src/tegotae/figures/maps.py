@@ -34,7 +34,7 @@ _REST: Any = {"hatch": "/////", "edgecolor": "0.55"}
 
 
 def quantities() -> Colormap:
-    """The sequential colour map without its darkest part, which would pass for black."""
+    """Return the sequential colour map without its darkest part, which would pass for black."""
     colours = matplotlib.colormaps[SEQUENTIAL](np.linspace(0.12, 1.0, 256))
     return LinearSegmentedColormap.from_list("quantities", colours)
 
@@ -131,7 +131,9 @@ def basin_figure(basin: HopperBasin, note: str = "") -> Figure:
 
 
 def describe_map(cycle: Any) -> str:
-    """A limit cycle, a row of `HopperBasin.cycles`: hops, turns, height, share of releases."""
+    """Describe a limit cycle, a row of `HopperBasin.cycles`: hops, turns, height, share of
+    releases.
+    """
     hops = "1 hop" if cycle.hops == 1 else f"{cycle.hops} hops"
     turns = {None: "", 1: ", 1 turn"}.get(cycle.turns, f", {cycle.turns} turns")
     return f"{hops}{turns}, apex {cycle.apex_height_m:.2f} m ({cycle.share:.1%})"

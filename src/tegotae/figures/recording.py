@@ -142,7 +142,7 @@ def _draw_spectrum(axes: Axes, measured: Measured) -> None:
 
 
 def _spectrum(measured: Measured) -> Spectrum:
-    """The spectrum of the height, over the settled part or, without one, the whole."""
+    """Return the spectrum of the height, over the settled part or, without one, the whole."""
     frames, start = measured.frames, np.nan_to_num(measured.t0_s)
     height = frames.height_m
     end = measured.efficiency.end_s if measured.efficiency and start else np.inf

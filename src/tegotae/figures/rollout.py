@@ -20,14 +20,14 @@ _BESIDE: Any = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "markerscale
 
 
 def phase_up(axes: Axes, label: str = "phase φ [rad]") -> None:
-    """A vertical axis of phase, from 0 to 2π."""
+    """Set a vertical axis of phase, from 0 to 2π."""
     axes.set(ylabel=label, ylim=(0.0, 2.0 * np.pi))
     axes.set_yticks([0.0, np.pi, 2.0 * np.pi], ["0", "π", "2π"])
 
 
 @styled()
 def episode_figure(replay: Replay, *, note: str = "") -> Figure:
-    """The last three seconds: the body's height where it is known, every load, every phase.
+    """Draw the last three seconds: the body's height where it is known, every load, every phase.
 
     Args:
         replay: an episode.
@@ -59,7 +59,7 @@ def episode_figure(replay: Replay, *, note: str = "") -> Figure:
 
 @styled()
 def rollout_figure(result: Result) -> Figure:
-    """Height, leg forces, phase and feedback of a simulation over time."""
+    """Draw height, leg forces, phase and feedback of a simulation over time."""
     t, hopper = result.trajectory, result.body
     figure = new_figure(PAGE_IN, 4.6)
     height, spring, actuator, phase = figure.subplots(4, 1, sharex=True)

@@ -69,19 +69,21 @@ class _InlineFigure(Figure):
 
 
 def new_figure(width_in: float = COLUMN_IN, height_in: float = 2.4, **layout: Any) -> Figure:
-    """An empty figure with a constrained layout, without a window."""
+    """Return an empty figure with a constrained layout, without a window."""
     return _InlineFigure(figsize=(width_in, height_in), layout="constrained", **layout)
 
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """Context, or decorator, in which figures are to be made and saved."""
+    """Apply the package's style to the figures made and saved within, as a context or a
+    decorator.
+    """
     with matplotlib.rc_context(STYLE):
         yield
 
 
 def literal_text(name: str) -> str:
-    r"""A name for a figure, where `$` is a sign like others and begins no formula.
+    r"""Return a name as figure text, where `$` is a plain sign and begins no formula.
 
     Example:
         >>> print(literal_text("cost_$5"))
@@ -92,7 +94,7 @@ def literal_text(name: str) -> str:
 
 
 def figure_file(path: Path | str) -> Path:
-    """The path of a figure to be written, its ending known and its folder tried.
+    """Return the path of a figure to be written, after a check of its ending and folder.
 
     Raises:
         TegotaeError: if the format is unknown, or the folder cannot be written to.

@@ -91,7 +91,7 @@ class Protocol(Part):
         check_work(self.work)
 
     def omegas(self, controller: Controller, omega_t: float | None) -> tuple[float, ...]:
-        """The frequencies of the episodes [rad/s]; a single NaN without an oscillator.
+        """Return the frequencies of the episodes [rad/s]; a single NaN without an oscillator.
 
         Raises:
             TegotaeError: for an oscillator without ω_t, or a frequency that is not positive.
@@ -128,7 +128,7 @@ class Evaluation:
     recording: dict[str, np.ndarray] = field(default_factory=dict)
 
     def runs(self) -> dict[str, np.ndarray]:
-        """The metrics of every run, shape [runs]: means over its episodes.
+        """Return the metrics of every run, shape [runs]: means over its episodes.
 
         Episodes in which a metric is undefined do not enter its mean; `limit_cycle_share`,
         `recovery_share` and `failed_share` say how many those are. A metric that no episode
@@ -301,7 +301,7 @@ class EvaluatedEpisodes:
         return rollout.run(self.weights, scenario, self.body)
 
     def undisturbed(self, channels: tuple[str, ...] | None = None) -> Trajectory:
-        """The undisturbed part alone, with some channels or all."""
+        """Return the undisturbed part alone, with some channels or all."""
         return self.rolled_out(self.protocol.undisturbed_s, KeptChannels(channels))
 
     def disturbed(
@@ -404,7 +404,7 @@ def _next_apex_s(trajectory: Trajectory, rest_length_m: Numeric, after_s: Numeri
 def _hops_and_end(
     trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
 ) -> tuple[Hops, jax.Array, jax.Array]:
-    """The table of hops, the time of the end [s] and who had failed by then, as a summary."""
+    """Return the table of hops, the time of the end [s] and the failures by then, as a summary."""
     return hops(trajectory, body.rest_length_m), trajectory.time_s[-1], trajectory.failed[-1]
 
 

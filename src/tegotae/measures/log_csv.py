@@ -88,7 +88,7 @@ def _is_value(cell: str) -> bool:
 
 
 def _text(content: bytes) -> str:
-    """The text of bytes: by their mark, or else UTF-8, or else the code page 1252."""
+    """Decode bytes: by their mark, or else as UTF-8, or else as code page 1252."""
     for mark, encoding in _MARKS.items():
         if content.startswith(mark):
             return content.decode(encoding)
@@ -102,7 +102,9 @@ def _text(content: bytes) -> str:
 
 
 def _separator(lines: list[str]) -> str:
-    """The separator that divides the most lines at the end into equally many cells, two or more."""
+    """Return the separator that divides the most lines at the end into equally many cells, two or
+    more.
+    """
 
     def divided(separator: str) -> int:
         widths = Counter(map(len, csv.reader(lines[-_LOOKED_AT:], delimiter=separator)))
@@ -112,7 +114,7 @@ def _separator(lines: list[str]) -> str:
 
 
 def _columns(text: str, units: Collection[str]) -> dict[str, pd.Series]:
-    """The columns of a text; ValueError for what `read_log` refuses."""
+    """Return the columns of a text; raise ValueError for a text that `read_log` refuses."""
     lines = text.splitlines()
     separator = _separator(lines)
     reader = csv.reader(lines, delimiter=separator)
@@ -150,7 +152,7 @@ def _columns(text: str, units: Collection[str]) -> dict[str, pd.Series]:
 
 
 def _names(head: list[_Row], width: int, units: Collection[str]) -> list[str]:
-    """The names of the columns, with their units where a row below has them."""
+    """Return the names of the columns, with their units where a row below has them."""
     names, row_units = head[-1], [""] * width
     cells = [cell.strip("[]()") for cell in names.cells]
     filled = [unit for unit in cells if unit]

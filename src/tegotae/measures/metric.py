@@ -55,7 +55,7 @@ class Metric:
 
     @classmethod
     def described(cls, **fields: Any) -> Callable[[Callable[..., Any]], Self]:
-        """A decorator that makes a metric of the function that computes it.
+        """Return a decorator that makes a metric of a function.
 
         The function's name is the metric's, and the first line of its docstring the meaning.
 
@@ -91,7 +91,7 @@ class Metric:
 
 
 def _place_of(metric: Metric) -> tuple[str, str] | None:
-    """The module and the name in it that hold a metric; None if no module does."""
+    """Return the module and the name in it that hold a metric, or None if no module does."""
     for module, loaded in list(sys.modules.items()):
         for name, value in list(getattr(loaded, "__dict__", {}).items()):
             if value is metric:

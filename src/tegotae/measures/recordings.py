@@ -37,7 +37,7 @@ class Quantity(NamedTuple):
     """Its units in those of the SI, whose own is the first."""
 
     def scale_of(self, unit: str) -> float | None:
-        """A unit in that of the SI; None if it is no unit of this.
+        """Return the factor from a unit to the SI, or None if it is no unit of this quantity.
 
         Capitals count only where they distinguish two units, as those of mN and MN do.
         """
@@ -70,7 +70,7 @@ OF_A_GAIT = tuple(name for name in QUANTITIES if name not in ("spring_force", "c
 
 
 def split_unit(column: str) -> tuple[str, str]:
-    """A column's name in small letters, and its unit, if its name has one.
+    """Split a column's name into its small letters and its unit, if it has one.
 
     Example:
         >>> split_unit("Height (mm)"), split_unit("height_mm"), split_unit("height")
@@ -85,7 +85,7 @@ def split_unit(column: str) -> tuple[str, str]:
 
 
 def in_brackets(text: str) -> tuple[str, str]:
-    """The text before brackets at the end, and that in them."""
+    """Return the text before the brackets at the end, and the text in them."""
     match = re.fullmatch(r"(.*?)\s*[\[(]([\w%]*)[\])]\s*", text)
     return (match.group(1), match.group(2)) if match else (text, "")
 
@@ -96,7 +96,7 @@ _NEEDED = {*QUANTITIES["time"].names, *QUANTITIES["height"].names}
 
 
 def read_columns(path: Path | str) -> Mapping[str, np.ndarray | pd.Series]:
-    """The columns of a file by name, as they are: texts or numbers.
+    """Return the columns of a file by name, unconverted: texts or numbers.
 
     Args:
         path: a .csv with a row of names (`tegotae.measures.log_csv`), a .npz of arrays of one
@@ -172,7 +172,8 @@ def recording(
     quantities: Collection[str] = OF_A_GAIT,
     needed: Sequence[str] = ("height",),
 ) -> pd.DataFrame:
-    """The recorded gait in some columns, in SI units, for `tegotae.measures.hopping.measure`.
+    """Return the gait recorded in some columns, in SI units, for
+    `tegotae.measures.hopping.measure`.
 
     A column is known by its name with its unit, as `height_m`, `height_mm`, `height [mm]` or
     `Height (mm)`. Columns of other names are left alone, unless they are named.
@@ -241,7 +242,7 @@ _UNIFORM = 0.01
 
 
 def _without_empty_rows(table: pd.DataFrame) -> pd.DataFrame:
-    """The rows without an empty cell, if their times are uniform."""
+    """Return the rows without an empty cell, if their times are uniform."""
     complete = table.dropna()
     steps = np.diff(complete["time_s"])
     if len(complete) < _LEAST_SAMPLES or np.ptp(steps) > 2.0 * _UNIFORM * steps.mean():
@@ -285,7 +286,7 @@ def read_recording(
 
 
 def resampled(samples: pd.DataFrame, rate_hz: float) -> pd.DataFrame:
-    """A recording at uniform times, by linear interpolation, which needs increasing ones.
+    """Resample a recording at uniform times by linear interpolation, which needs increasing times.
 
     Every column is interpolated over its own samples, without its empty cells, and a command is
     held until its next one.
@@ -323,7 +324,8 @@ def resampled(samples: pd.DataFrame, rate_hz: float) -> pd.DataFrame:
 def left_alone(
     columns: Mapping[str, Collection[object]], assignments: Sequence[str] = ()
 ) -> list[str]:
-    """A line on every column that has a quantity's name, and is not read since its unit is unknown.
+    """Yield a line for every column that has a quantity's name but is not read since its unit is
+    unknown.
 
     Args:
         columns: arrays by name, as for `recording`.
@@ -366,7 +368,7 @@ class _Source:
     scale: float
 
     def numbers(self, column: Collection[object]) -> np.ndarray:
-        """The column in SI units as float64, NaN where a cell is empty.
+        """Return the column in SI units as float64, NaN where a cell is empty.
 
         Raises:
             TegotaeError: for a cell that is no number.
@@ -397,18 +399,20 @@ class _Source:
 
 
 def _place(column: Collection[object], row: int) -> str:
-    """The line of a file, where it is known, or else the row."""
+    """Return the line of a file if it is known, or else the row."""
     return f"line {column.index[row]}" if isinstance(column, pd.Series) else f"row {row}"
 
 
 def _is_clock(column: Collection[object]) -> bool:
-    """A column holds times of day, and so needs no unit."""
+    """Return whether a column holds times of day, and so needs no unit."""
     cells = np.asarray(column)
     return cells.dtype.kind == "M" or (len(cells) > 0 and is_clock(cells[0]))
 
 
 def _scale_of(quantity: str, column: Collection[object], unit: str) -> float | None:
-    """A unit of a column in that of the SI; None if it is no unit of the quantity."""
+    """Return the factor from a column's unit to the SI, or None if it is no unit of the
+    quantity.
+    """
     if quantity == "time" and _is_clock(column):
         return 1.0
     return QUANTITIES[quantity].scale_of(unit)
@@ -451,7 +455,7 @@ def _sources(
 
 
 def _assignment(columns: Mapping[str, Collection[object]], words: str) -> tuple[str, _Source]:
-    """Quantity, column and unit of `QUANTITY=COLUMN[UNIT]`."""
+    """Parse quantity, column and unit of `QUANTITY=COLUMN[UNIT]`."""
     quantity, _, column = str(words).partition("=")
     if not column:
         raise TegotaeError(f"{words!r} names no column; write QUANTITY=COLUMN[UNIT]")

@@ -48,7 +48,7 @@ class EnvEpisode:
     """Share of the longest episode that it lasted, 0 ... 1; less than 1 if it ended early."""
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """The observation's entry of that name, [steps].
+        """Return the observation's entry of that name, [steps].
 
         Raises:
             TegotaeError: if nothing that is observed has this name.

@@ -69,7 +69,8 @@ class Interval:
     """Method of the interval; empty if there is none."""
 
     def __str__(self) -> str:
-        """The mean with the interval; a star says that values are undefined, a dash that all are.
+        """Return the mean with the interval as text; a star marks undefined values, a dash that all
+        are.
 
         Example:
             >>> print(Interval(0.4213, low=0.398, high=0.444))
@@ -282,12 +283,12 @@ def _t(freedom: float) -> float:
 
 
 def _of_difference(within: Range) -> Range:
-    """The range of the difference of two values, both within the same range."""
+    """Return the range of the difference of two values, both within the same range."""
     return within[0] - within[1], within[1] - within[0]
 
 
 def _cut(low: float, high: float, within: Range) -> Range:
-    """An interval without the part that is impossible."""
+    """Return an interval without its impossible part."""
     return max(low, within[0]), min(high, within[1])
 
 

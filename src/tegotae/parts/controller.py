@@ -167,7 +167,7 @@ class Controller(Part):
         return slices
 
     def of_part(self, role: str, weights: Weights) -> PartWeights:
-        """The weights of a unit's part, of those of all of it."""
+        """Return the weights of one part of a unit, from those of the whole unit."""
         return weights[self.layout[role]]
 
     @property

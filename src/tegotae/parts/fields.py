@@ -31,7 +31,7 @@ FieldNumber = float | tuple[float, ...]
 
 
 def unwrapped(body: Body) -> Body:
-    """The body within all wrappers; a body without wrappers is itself.
+    """Return the body inside all wrappers, or a body without wrappers itself.
 
     Example:
         >>> from tegotae.parts.bodies import Bar, Sensors
@@ -44,7 +44,7 @@ def unwrapped(body: Body) -> Body:
 
 
 def paths_of(value: object) -> dict[str, str]:
-    """The path of every field of a value and of those inside it, by the field's name.
+    """Return the path of every field of a value and of nested values, by the field's name.
 
     Of fields of one name the outermost is meant.
 
@@ -66,7 +66,7 @@ def paths_of(value: object) -> dict[str, str]:
 
 
 def path_of(value: object, name: str) -> str:
-    """The path of a field, named by its path or by its name alone.
+    """Return the path of a field, named by its path or by its name alone.
 
     Args:
         value: a body, with wrappers or without, or another dataclass.
@@ -93,7 +93,9 @@ def path_of(value: object, name: str) -> str:
 
 
 def _earlier_names_of(value: object) -> dict[str, str]:
-    """The present names of renamed fields of a value and of those inside it, by earlier names."""
+    """Return the present names of renamed fields of a value and its nested values, by earlier
+    names.
+    """
     names: dict[str, str] = {}
     for holder in _inside(value):
         names |= _earlier_names_of(getattr(value, holder))
@@ -101,7 +103,7 @@ def _earlier_names_of(value: object) -> dict[str, str]:
 
 
 def value_of(value: object, name: str) -> object:
-    """A field of a value, by name or path.
+    """Return a field of a value, by name or path.
 
     Args:
         value: a body, perhaps a wrapper around another one, or another dataclass.
@@ -119,7 +121,7 @@ def value_of(value: object, name: str) -> object:
 
 
 def number_of(body: Body, name: str) -> FieldNumber:
-    """A number of a body, by name or path; a tuple where each limb has one.
+    """Return a number of a body by name or path, or a tuple if every limb has its own.
 
     Args:
         body: the body, perhaps a wrapper around another one.
@@ -143,7 +145,7 @@ def number_of(body: Body, name: str) -> FieldNumber:
 
 
 def numbers_of(body: Body) -> dict[str, FieldNumber]:
-    """All numbers of a body and of the bodies within it, by name; tuples are a number a limb.
+    """Return all numbers of a body and of nested bodies by name; tuples hold one number per limb.
 
     Example:
         >>> from tegotae.parts.bodies import Bar

@@ -15,7 +15,7 @@ from tegotae.parts.terms import ConstantGain, UnitAction
 def with_held_feedback(
     controller: Controller, weights: ArrayLike, feedback_rad_per_s: ArrayLike = 0.0
 ) -> tuple[Controller, np.ndarray]:
-    """The controller with a constant in place of its feedback, `φ̇ = ω + f` with a fixed f.
+    """Return the controller with its feedback replaced by a constant f: `φ̇ = ω + f`.
 
     Held at zero the feedback is cut (G := 0), held at its mean over the limit cycle it is frozen.
     An actuation that reads the feedback reads the constant.

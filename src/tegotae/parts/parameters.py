@@ -31,7 +31,8 @@ def finite(
     least: float | None = None,
     most: float | None = None,
 ) -> Any:
-    """A field that is a finite number within bounds; None is one where it is the default.
+    """Define a field that is a finite number within bounds; None is allowed where it is the
+    default.
 
     Args:
         default: of the field; without one it has to be given.
@@ -52,12 +53,12 @@ def finite(
 
 
 def positive(default: float | None) -> Any:
-    """A field that is a finite number above zero."""
+    """Define a field that is a finite number above zero."""
     return finite(default, above=0.0)
 
 
 def not_negative(default: float) -> Any:
-    """A field that is a finite number of at least zero."""
+    """Define a field that is a finite number of at least zero."""
     return finite(default, least=0.0)
 
 
@@ -68,7 +69,7 @@ def whole(
     most: int | None = None,
     static: bool = False,
 ) -> Any:
-    """A field that is a whole number.
+    """Define a field that is a whole number.
 
     Args:
         default: of the field; without one it has to be given.
@@ -81,7 +82,7 @@ def whole(
 
 
 def a_part(kind: type, right: str, default: Callable[[], object]) -> Any:
-    """A field that is another part.
+    """Define a field that is another part.
 
     Args:
         kind: what it must be an instance of.
@@ -93,7 +94,7 @@ def a_part(kind: type, right: str, default: Callable[[], object]) -> Any:
 
 
 def numbers(default: Any) -> Any:
-    """A field that is a tuple of finite numbers; a list becomes one."""
+    """Define a field that is a tuple of finite numbers; a list is converted."""
     return dataclasses.field(default=default, metadata={_CHECK: _require_numbers})
 
 
@@ -143,7 +144,8 @@ def traceable(cls: type[T]) -> type[T]:
 
 
 def changed(value: T, name: str, change: Callable[[Number], Number]) -> T:
-    """The same with one field changed, for values inside a compiled program: nothing is validated.
+    """Return the part with one field changed, for values inside a compiled program: nothing is
+    validated.
 
     Args:
         value: a `traceable` dataclass.
@@ -166,7 +168,7 @@ def changed(value: T, name: str, change: Callable[[Number], Number]) -> T:
 
 
 def within(field: str) -> Any:
-    """An attribute of a wrapper that is the same attribute of the part within.
+    """Forward an attribute of a wrapper to the part within.
 
     Args:
         field: the field that holds the part within.

@@ -57,12 +57,12 @@ class ScaledFoot(ScaledTerm, Actuation):
         return jnp.asarray(super().__call__(weights, signals))
 
     def paced(self, weights: Weights, command: jax.Array, omega: jax.Array) -> jax.Array:
-        """The same at a frequency in SI [rad/s]."""
+        """Return this controller at a frequency in SI [rad/s]."""
         return self.term.paced(weights, command, omega * self.units.time_s)
 
 
 def in_si(controller: Controller, units: Units) -> Controller:
-    """A controller of the same weights that counts in SI, on legs whose feet it places.
+    """Return a controller of the same weights in SI units, on legs whose feet it places.
 
     Args:
         controller: what counts in other units.

@@ -48,7 +48,7 @@ class Flat(Terrain):
         return jnp.zeros_like(x_m)
 
     def slopes(self, x_m: jax.Array, y_m: jax.Array) -> None:
-        """None: it is level."""
+        """Return None, since the ground is level."""
         return None
 
 
@@ -104,7 +104,7 @@ class Steps(Terrain):
         return self.rise_m * jnp.maximum(past, 0.0)
 
     def slopes(self, x_m: jax.Array, y_m: jax.Array) -> None:
-        """None: every step is level, and a foot does not stand on an edge."""
+        """Return None: every step is level, and a foot does not stand on an edge."""
         return None
 
 

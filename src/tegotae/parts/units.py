@@ -50,7 +50,7 @@ class Units(Part):
         return self.length_m**length * self.time_s**time * self.force_n**force
 
     def over(self, divisor: Units) -> Units:
-        """These, of a controller that counts in others on the body that it is from."""
+        """Return these units over others: the factors for a controller trained on another body."""
         return Units(
             length_m=self.length_m / divisor.length_m,
             time_s=self.time_s / divisor.time_s,

@@ -20,7 +20,7 @@ def numbered(count: int) -> tuple[WeightName, ...]:
 
 
 def inside(prefix: WeightName, paths: Sequence[WeightName]) -> tuple[WeightName, ...]:
-    """The same paths within another one.
+    """Return these paths below another path.
 
     Args:
         prefix: the path within which they are.
@@ -30,7 +30,7 @@ def inside(prefix: WeightName, paths: Sequence[WeightName]) -> tuple[WeightName,
 
 
 def nested(paths: Sequence[WeightName], values: Sequence[Json]) -> dict[str, Json]:
-    """The values as objects and lists within each other.
+    """Return the values as objects and lists within each other.
 
     Args:
         paths: of the values, in their order.
@@ -98,7 +98,7 @@ def _entries(tree: Json, path: WeightName) -> list[tuple[WeightName, Json]]:
 
 
 def spelled(path: WeightName) -> str:
-    """A path as people and C write it.
+    """Return a path as people and C write it.
 
     Example:
         >>> spelled(("gain", "neuron", 2, "bias"))

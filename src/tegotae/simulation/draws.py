@@ -99,7 +99,7 @@ def _check_changes(body: Body, scenario: Scenario, timing: Timing) -> None:
 
 
 def _fastest(scenario: Scenario, duration_s: float) -> float:
-    """The largest frequency that a lane meets, either way [rad/s]."""
+    """Return the largest frequency that a lane meets, of either sign [rad/s]."""
     omega = np.asarray(scenario.omega, float)
     changes = dict(scenario.changes)
     met = [omega]
@@ -153,7 +153,7 @@ def _row(values: LaneNumbers) -> np.ndarray:
 
 
 def _field(value: np.ndarray) -> FieldNumber:
-    """A number, or a tuple of the legs' numbers."""
+    """Return a number, or a tuple of the legs' numbers."""
     return tuple(value.tolist()) if value.ndim else float(value)
 
 
@@ -218,7 +218,7 @@ def applied(
     scenario: Scenario,
     body: Body,
 ) -> Scenario:
-    """The scenario in which each condition has these values.
+    """Return the scenario in which each condition has these values.
 
     Args:
         conditions: in what it differs.
@@ -320,7 +320,7 @@ def _of_limbs(name: str, body: Body) -> bool:
 
 
 def _combinations(conditions: Sequence[Condition]) -> list[dict[str, LaneNumbers]]:
-    """Every combination of the extremes, by name."""
+    """Yield every combination of the extremes, by name."""
     names = [condition.name for condition in conditions]
     extremes = [condition.extremes for condition in conditions]
     if (count := int(np.prod([len(values) for values in extremes], dtype=float))) > MOST_CORNERS:
@@ -332,7 +332,7 @@ def _combinations(conditions: Sequence[Condition]) -> list[dict[str, LaneNumbers
 
 
 def _extremes(conditions: Sequence[Condition], scenario: Scenario, body: Body) -> Scenario:
-    """A scenario with a lane for every combination of the extremes."""
+    """Return a scenario with a lane for every combination of the extremes."""
     rows = _combinations(conditions)
     values: dict[str, np.ndarray] = {}
     for condition in conditions:
@@ -369,7 +369,7 @@ class Randomization:
         return -(-LEAST_EVALUATION_SET // episodes) if self.conditions else 1
 
     def evaluation_set(self, candidates: int, episodes: int) -> Scenario:
-        """The same episodes for everyone, one after the other: [candidates x episodes]."""
+        """Return the same episodes for every candidate, in order: [candidates x episodes]."""
         drawn = draw(self.conditions, self.body, episodes, _EVALUATION_SET)
         values = {name: np.tile(x, candidates) for name, x in drawn.items()}
         return applied(self.conditions, values, self.scenario, self.body)
@@ -377,7 +377,8 @@ class Randomization:
     def generation(
         self, seeds: Sequence[int], number: int, population: int, episodes: int, centre: int
     ) -> Scenario:
-        """The episodes of a generation: seed by seed, candidate by candidate, the centre last.
+        """Return the episodes of a generation: seed by seed, candidate by candidate, the centre
+        last.
 
         Args:
             seeds: of the runs; what one meets does not depend on which others there are.

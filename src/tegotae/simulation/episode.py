@@ -63,14 +63,16 @@ class EpisodeProgram:
         return Recorder.for_loop(self.loop.controller, body, self.needs)
 
     def start(self, lanes: LaneInputs, shared: Shared) -> LoopState:
-        """The lanes at their release, with nothing recorded."""
+        """Release the lanes, with nothing recorded."""
         rows, body, scenario = _spread(self.loop, lanes, shared)
         lane = self.loop.start(rows, body, scenario, shared.tick_s)
         inputs = rows, body, scenario, lane, jnp.int32(0), shared.tick_s
         return LoopState(lane, *self.recorder(body).empty(lambda: _tick(self.loop, *inputs)[1]))
 
     def tick(self, lanes: LaneInputs, shared: Shared, state: LoopState, index: Index) -> LoopState:
-        """The lanes after a control tick, with what it added to the totals and events."""
+        """Return the lanes after a control tick, with its additions to the totals, and its
+        events.
+        """
         rows, body, scenario = _spread(self.loop, lanes, shared)
         lane, output = _tick(self.loop, rows, body, scenario, state.lane, index, shared.tick_s)
         recorder = self.recorder(body)
@@ -80,7 +82,9 @@ class EpisodeProgram:
     def frame(
         self, lanes: LaneInputs, shared: Shared, state: LoopState, last: Index
     ) -> tuple[LoopState, Trajectory]:
-        """The recording of the frame that ends with tick `last`, and the state to continue from."""
+        """Return the recording of the frame that ends with tick `last`, and the state to continue
+        from.
+        """
         _, body, scenario = _spread(self.loop, lanes, shared)
         ground = ground_m(scenario, last, shared.tick_s)
         meanwhile, _ = self.loop.meets(body, scenario, last, shared.tick_s)

@@ -70,7 +70,7 @@ class ClosedLoop:
     integrator: Integrator
 
     def spread(self, weights: Weights, scenario: Scenario) -> tuple[Weights, Scenario]:
-        """Weights, frequency and phase limb by limb: [(limbs,) lanes]."""
+        """Return weights, frequency and phase limb by limb: [(limbs,) lanes]."""
         shape = (*self.controller.limb_shape, *jnp.shape(scenario.height_m))
 
         def per_limb(x: jax.Array) -> jax.Array:
@@ -92,7 +92,7 @@ class ClosedLoop:
         return apply_changes(body, scenario.omega, dict(scenario.changes), index, tick_s)
 
     def start(self, weights: Weights, body: Body, scenario: Scenario, tick_s: Scalar) -> Lane:
-        """The lane at its release."""
+        """Return the lane at its release."""
         controller = self.controller
         body, omega = self.meets(body, scenario, jnp.asarray(0), tick_s)
         state = body.release(
@@ -125,7 +125,7 @@ class ClosedLoop:
         index: Index,
         tick_s: Scalar,
     ) -> tuple[Lane, Tick]:
-        """One control tick: the lane after it, and its output.
+        """Advance one control tick; return the lane after it, and its output.
 
         A lane that fails stands still from its last sound tick on; `keep` holds for its totals.
 
@@ -156,7 +156,7 @@ class ClosedLoop:
 
 
 def keep(sound: MaskPerLane, new: jax.Array, old: jax.Array) -> jax.Array:
-    """The new value in sound lanes, the old one in others; with or without a limb axis.
+    """Return the new value in sound lanes, the old one in others; with or without a limb axis.
 
     Args:
         sound: which lanes go on, [lanes].

@@ -42,7 +42,7 @@ def roll_out_native(
     lanes: LaneInputs,
     body: Body,
 ) -> Any:
-    """The summary of every lane, as NumPy arrays, lanes last.
+    """Roll out; return the summary of every lane as NumPy arrays, lanes last.
 
     A summary is made of a group of lanes as soon as these have been rolled out, and only its result
     is kept. `KeptChannels` are copied lane by lane; the others are computed of blocks of lanes.
@@ -146,7 +146,7 @@ class _Results:
 
 
 def cannot_lower(program: EpisodeProgram, lanes: LaneInputs, body: Body) -> str:
-    """The operation of a program that there is no native code for, of which it warns; or none.
+    """Return the operation of a program that has no native code, after a warning, or None.
 
     Args:
         program: what is advanced and recorded.
@@ -160,7 +160,7 @@ def cannot_lower(program: EpisodeProgram, lanes: LaneInputs, body: Body) -> str:
 
 
 def with_numpy_numbers(body: Body, dtype: DTypeLike) -> Body:
-    """The body with its numbers as NumPy arrays of one type.
+    """Return the body with its numbers as NumPy arrays of one type.
 
     Args:
         body: a body, whose numbers may be of any type.
@@ -208,7 +208,7 @@ def _put(results: Any, lanes: slice, values: Any) -> None:
 
 
 def _lanes(tree: Any, count: int, *leading: int) -> Any:
-    """The shapes of arrays, with so many lanes and other axes before their own."""
+    """Return the shapes of arrays, with so many lanes and other axes before their own."""
 
     def like(x: Any) -> jax.ShapeDtypeStruct:
         return jax.ShapeDtypeStruct((*leading, *x.shape[:-1], count), x.dtype)
@@ -218,7 +218,7 @@ def _lanes(tree: Any, count: int, *leading: int) -> Any:
 
 @lru_cache(_PROGRAMS)
 def _kernel(program: EpisodeProgram, inputs: _Like) -> Kernel | CannotLower:
-    """A program's code, or why there is none."""
+    """Return a program's code, or the reason why there is none."""
     from lanewise.episode import TracedEpisode, compile_episode  # llvmlite may be missing
 
     episode = TracedEpisode(program.start, program.tick, program.frame)
@@ -238,7 +238,9 @@ def _kernel(program: EpisodeProgram, inputs: _Like) -> Kernel | CannotLower:
 
 @lru_cache(_PROGRAMS)
 def _summarised(timing: Timing, summary: Summary, block: _Like) -> jax.stages.Compiled:
-    """The summary of a block, compiled: one for all controllers whose recordings are alike."""
+    """Return the compiled summary of a block, shared by all controllers whose recordings are
+    alike.
+    """
 
     def of_block(trajectory: Trajectory, scenario: Scenario, body: Body) -> Any:
         return summary(trajectory, scenario, body, timing)

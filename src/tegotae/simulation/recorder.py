@@ -100,7 +100,7 @@ class Trajectory:
         return Trajectory(**{name: self.channels[name] for name in names})
 
     def tree_flatten(self) -> tuple[tuple[Recorded, ...], tuple[str, ...]]:
-        """The arrays, and their names."""
+        """Return the arrays, and their names."""
         return tuple(self.channels.values()), tuple(self.channels)
 
     @classmethod
@@ -129,7 +129,7 @@ def _apex(tick: Tick) -> MaskPerLane:
 
 
 def _time_at(tick: Tick, share: PerLimb) -> PerLimb:
-    """The time at a share of a tick [s]."""
+    """Return the time at a share of a tick [s]."""
     return (tick.number.astype(share.dtype) + share) * tick.tick_s
 
 
@@ -228,7 +228,7 @@ COMMON: tuple[Channel, ...] = (
 
 
 def declared(controller: Controller, body: Body) -> dict[str, Channel]:
-    """All that can be recorded of a controller on a body, by name.
+    """Return all that can be recorded of a controller on a body, by name.
 
     Args:
         controller: whose oscillator declares channels.
@@ -283,7 +283,7 @@ class Recorder:
     def for_loop(
         cls, controller: Controller, body: Body, names: Iterable[str] | None = None
     ) -> Recorder:
-        """A recorder of the channels named, or of all.
+        """Return a recorder of the channels named, or of all.
 
         Raises:
             TegotaeError: for an undeclared name.
@@ -318,7 +318,7 @@ class Recorder:
         )
 
     def add(self, totals: dict[str, jax.Array], tick: Tick) -> dict[str, jax.Array]:
-        """The totals after a tick; those of a failed lane stand still."""
+        """Return the totals after a tick; those of a failed lane do not change."""
         added = {
             name: totals[name] + channel.gain(tick)
             for name, channel in self._channels_of(Total).items()
@@ -326,7 +326,7 @@ class Recorder:
         return {name: keep(tick.sound, x, totals[name]) for name, x in added.items()}
 
     def update(self, events: dict[str, jax.Array], tick: Tick) -> dict[str, jax.Array]:
-        """The events after a tick; a failed lane has none."""
+        """Return the events after a tick; a failed lane has none."""
         updated: dict[str, jax.Array] = {}
         for name, channel in self._channels_of(Latest).items():
             value, happens = channel.value(tick), channel.when(tick)
@@ -338,7 +338,7 @@ class Recorder:
     def frame(
         self, frame: RecordedFrame, totals: dict[str, jax.Array], events: dict[str, jax.Array]
     ) -> Trajectory:
-        """The recording of a frame."""
+        """Return the recording of a frame."""
         recorded = {}
         for name in self.recorded:
             channel = self.channels[name]

@@ -64,7 +64,7 @@ class Rollout:
         return EpisodeProgram(loop, None if needs is None else tuple(needs))
 
     def recorder(self, body: Body) -> Recorder:
-        """The channels recorded on this body: those that the summary needs, else all.
+        """Return the channels recorded on this body: those that the summary needs, else all.
 
         Raises:
             TegotaeError: if the summary needs an undeclared channel.
@@ -106,7 +106,7 @@ class Rollout:
         return self.run_lanes(lanes, body)
 
     def run_lanes(self, lanes: LaneInputs, body: Body) -> Any:
-        """The same of what has been checked, or is made by a program: arrays, lanes last.
+        """Roll out checked arrays, or those that a program makes, lanes last.
 
         Args:
             lanes: NumPy arrays of one type, float32 or float64; of each as many lanes.
@@ -121,7 +121,7 @@ class Rollout:
             return xla.roll_out_xla(*inputs)
 
     def runs_on(self, lanes: LaneInputs, body: Body) -> str:
-        """The engine that runs it: "native", "xla", or "native, xla for OPERATION".
+        """Return the engine that runs it: "native", "xla", or "native, xla for OPERATION".
 
         The latter is XLA where native code is asked for, and there is none for an operation of the
         program; it is warned of once.
@@ -230,7 +230,7 @@ def _numbers(name: str, value: Any, dtype: str) -> np.ndarray:
 
 
 def _entry(name: str, value: Any, limb_shape: tuple[int, ...], dtype: str) -> np.ndarray:
-    """An entry of a scenario as an array whose last axis is that of the lanes."""
+    """Return an entry of a scenario as an array whose last axis is that of the lanes."""
     entry = _numbers(name, value, dtype)
     by_limb = name not in _OF_BODY and limb_shape == entry.shape[:-1]
     if entry.ndim > 1 and not by_limb:

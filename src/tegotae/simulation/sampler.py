@@ -31,7 +31,8 @@ _by_xla = jit_with_static(sample, (0,))
 def sampler(
     controller: Controller, lanes: int, sensed: Sequence[str], scaled: Sequence[str]
 ) -> Callable[..., Sampled]:
-    """`sample` of a controller and so many lanes, from its weights on.
+    """Return `sample` of a controller for so many lanes, as a function that takes its weights
+    first.
 
     Args:
         controller: of all limbs.
@@ -50,7 +51,7 @@ def sampler(
 def _kernel(
     controller: Controller, lanes: int, sensed: tuple[str, ...], scaled: tuple[str, ...]
 ) -> FunctionKernel | None:
-    """The code; None for an operation that has none."""
+    """Return the code, or None if an operation has none."""
     from lanewise.function import compile_function  # llvmlite may be missing
 
     number = jax.ShapeDtypeStruct((), "float32")
@@ -78,7 +79,9 @@ def _kernel(
 
 
 def _stepping(step: NativeStep, controller: Controller, lanes: int) -> Callable[..., Sampled]:
-    """The step of a kernel, which has memory of its own, as `sample` takes and returns values."""
+    """Return the step of a kernel, which has memory of its own, as a function on values like
+    `sample`.
+    """
 
     def views(memory: np.ndarray) -> list[np.ndarray]:
         entries = [memory[name] for name in memory.dtype.names or ()]

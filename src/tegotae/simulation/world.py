@@ -60,7 +60,7 @@ class Scenario(NamedTuple):
 
     @classmethod
     def at_frequency(cls, omega: float | None, **entries: LaneNumbers | ByName) -> Scenario:
-        """A scenario at a prescribed frequency [rad/s], None without an oscillator.
+        """Return a scenario at a prescribed frequency [rad/s], None without an oscillator.
 
         Nothing reads a frequency then; a number, which the lanes are made of, stands in for it.
         """
@@ -110,7 +110,8 @@ class Condition(ABC):
 
     @abstractmethod
     def quantile(self, share: np.ndarray) -> np.ndarray:
-        """The value below which this share of its draws lies, 0 <= share < 1, entry by entry.
+        """Return the value below which this share of its draws lies, 0 <= share < 1, entry by
+        entry.
 
         Values that are themselves one a limb make an array [limbs, draws] of shares [draws].
         """
@@ -153,7 +154,7 @@ class Uniform(Condition):
         require_finite(f"the highest {self.name}", self.high, least=self.low)
 
     def quantile(self, share: np.ndarray) -> np.ndarray:
-        """The value at each share."""
+        """Return the value at each share."""
         return self.low + (self.high - self.low) * share
 
     @property
@@ -194,7 +195,7 @@ class OneOf(Condition):
             require_finite(self.name, value)
 
     def quantile(self, share: np.ndarray) -> np.ndarray:
-        """The value at each share, limb by limb if it has limbs."""
+        """Return the value at each share, limb by limb if it has limbs."""
         index = (np.asarray(share) * len(self.values)).astype(int)
         values = np.asarray(self.values, float)[index]
         return np.moveaxis(values, -1, 0) if self._by_limb else values
@@ -220,7 +221,7 @@ ENTRIES = (OMEGA, "height_m", "velocity_m_per_s", "phase_rad", DROP, "drop_time_
 
 
 def with_changes(scenario: Scenario, body: Body, changes: Mapping[str, LaneNumbers]) -> Scenario:
-    """The scenario in which what is named is otherwise.
+    """Return the scenario with the named changes.
 
     Args:
         scenario: as it is otherwise.
@@ -297,7 +298,7 @@ def apply_changes(
 
 
 def whole_run(body: T, changes: Mapping[str, LaneNumbers]) -> tuple[T, dict[str, LaneNumbers]]:
-    """The body with what holds for the whole run, and the changes that are left.
+    """Return the body with the changes that hold for the whole run, and the remaining changes.
 
     Args:
         body: the body.
@@ -313,7 +314,7 @@ def whole_run(body: T, changes: Mapping[str, LaneNumbers]) -> tuple[T, dict[str,
 
 
 def _stacked(nominal: LaneNumbers) -> Number:
-    """A field of the limbs as an array, [limbs, 1]; what is one already as it is."""
+    """Return a field of the limbs as an array, [limbs, 1]; an array is returned unchanged."""
     if type(nominal) is not tuple:
         return nominal
     return jnp.stack([jnp.asarray(x) for x in cast(tuple[float, ...], nominal)])[:, None]

@@ -27,7 +27,7 @@ def roll_out_xla(
     lanes: LaneInputs,
     body: Body,
 ) -> Any:
-    """The summary of every lane, as NumPy arrays, lanes last.
+    """Roll out; return the summary of every lane as NumPy arrays, lanes last.
 
     Args:
         program: what is advanced and recorded.

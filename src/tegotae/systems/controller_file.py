@@ -66,7 +66,7 @@ class SavedController(OnSystem):
         body: Body | None = None,
         **fields: Any,
     ) -> SavedController:
-        """A controller on a body, released and timed as is usual for the body.
+        """Return a controller on a body, with the body's usual release and timing.
 
         Args:
             controller: the structure.
@@ -194,7 +194,7 @@ def load(path: Path | str) -> SavedController:
 
 
 def restored(document: Json, path: str) -> SavedController:
-    """The controller of a document (`described`).
+    """Return the controller of a document (`described`).
 
     Args:
         document: as it was read.
@@ -239,8 +239,8 @@ def begins_as_ours(path: Path) -> bool:
 
 
 def controller_files(folder: Path) -> list[Path]:
-    """The controller files in a folder and its subfolders; other documents are passed over, and
-    what was set aside for a new beginning.
+    """Return the controller files in a folder and its subfolders; other documents are passed over,
+    and what was set aside for a new beginning.
 
     Raises:
         TegotaeError: if a file may be a controller's and cannot be read: empty, cut short, without
@@ -250,8 +250,9 @@ def controller_files(folder: Path) -> list[Path]:
 
 
 def _json_files(folder: Path) -> list[Path]:
-    """All files in a folder and its subfolders that are named as JSON; none of what was set aside
-    for a new beginning."""
+    """Return all JSON files in a folder and its subfolders, except those set aside for a new
+    beginning.
+    """
 
     def refuse(error: OSError) -> None:
         raise TegotaeError(f"cannot read {error.filename}: {error.strerror}") from None
@@ -296,7 +297,7 @@ def is_study(folder: Path) -> bool:
 
 
 def controllers_of_study(folder: Path) -> tuple[tuple[Path, SavedController], ...]:
-    """The controllers of a study's whole records, seed by seed.
+    """Return the controllers of a study's whole records, seed by seed.
 
     Raises:
         TegotaeError: if it has no whole record, a description that is damaged, or a part that is
@@ -351,7 +352,7 @@ class _ControllerFile(msgspec.Struct):
 
 
 def _in_order(controller: Controller, weights: JsonObject | list[float]) -> list[float]:
-    """The weights of a file in the controller's order."""
+    """Return the weights of a file in the controller's order."""
     if isinstance(weights, list):
         return weights
     paths = controller.weight_names

@@ -35,7 +35,7 @@ class UsersPartError(TegotaeError):
 
 
 def describe(value: object) -> Any:
-    """A description as plain JSON values.
+    """Return a description as plain JSON values.
 
     Raises:
         TegotaeError: for a part that is not registered.
@@ -141,7 +141,7 @@ def _document_names(kinds: Sequence[type], path: str) -> list[str]:
 
 
 def check_kept(value: object) -> None:
-    """See, before long work starts, that a description can be written to a file and read again.
+    """Check, before long work starts, that a description can be written to a file and read again.
 
     Args:
         value: a part, or what is made of parts.
@@ -173,7 +173,7 @@ def check_kept(value: object) -> None:
 
 
 def _restored(document: dict[str, Any], options: Sequence[type], name: str) -> object:
-    """The dataclass of a document, of one of some classes or contracts."""
+    """Restore the dataclass of a document, one of some classes or contracts."""
     kind = _kind(document, options, name)
     reserved = ("kind", registry.CODE)
     entries = renamed_entries(kind, {k: x for k, x in document.items() if k not in reserved})
@@ -198,7 +198,9 @@ def _restored(document: dict[str, Any], options: Sequence[type], name: str) -> o
 
 
 def _kind(document: Mapping[str, Any], options: Sequence[type], name: str) -> type:
-    """The class of a document: a part by its kind, another one by its `NAME`, or its place."""
+    """Return the class of a document: a part by its kind, another one by its `NAME`, or its
+    place.
+    """
     contracts = tuple(kind for kind in options if registry.contract_of(kind) is not None)
     candidates = [kind for kind in options if kind not in contracts]
     kind_name: str | None = fitted(document.get("kind"), cast(Any, str | None), "kind")

@@ -31,7 +31,7 @@ def is_mujoco_model(env: str) -> bool:
 
 
 def extras_of(env: str) -> dict[str, str]:
-    """The modules that an environment needs, with the extras that install them.
+    """Return the modules that an environment needs, with the extras that install them.
 
     Raises:
         TegotaeError: for URDF, which is to be converted.

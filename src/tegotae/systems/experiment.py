@@ -102,7 +102,7 @@ class Experiment(OnSystem):
             self.objective.check_frequencies(min(omegas), max(omegas))
 
     def check(self) -> None:
-        """See, before long work starts, that there is something to train, on a body that can hop,
+        """Check, before long work starts, that there is something to train, on a body that can hop,
         and that all of it can be saved and read again.
 
         Raises:
@@ -178,7 +178,7 @@ class Experiment(OnSystem):
 
     @classmethod
     def from_document(cls, document: Mapping[str, Json]) -> Experiment:
-        """The experiment of a document.
+        """Return the experiment of a document.
 
         Raises:
             TegotaeError: for a document of something else, or one that names a part that is not

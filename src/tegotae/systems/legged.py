@@ -89,7 +89,7 @@ class Legged(OnSystem):
         return ("l0", "√(l0/g)") if self.dimensionless else ("m", "s")
 
     def with_numbers(self, omega: float | None = None, sigma: float | None = None) -> Legged:
-        """The same at another frequency ω or gain σ; None leaves it as it is.
+        """Return the system at another frequency ω or gain σ; None leaves it unchanged.
 
         Raises:
             TegotaeError: for a gain of a controller that has more weights than that, or a frequency
@@ -111,7 +111,7 @@ class Legged(OnSystem):
         return changed
 
     def scenario(self, phase_rad: LaneNumbers, **entries: LaneNumbers) -> Scenario:
-        """A release.
+        """Return the scenario of a release.
 
         Args:
             phase_rad: phases of the oscillators [rad], a number, [lanes] or [limbs, lanes].
@@ -120,7 +120,7 @@ class Legged(OnSystem):
         return self.system.scenario(phase_rad=phase_rad, **entries)
 
     def summary(self, kind: type[S] = CoordinationSummary, **settings: Any) -> S:
-        """The summary of how its legs are coordinated; `more` are arguments of its kind."""
+        """Return the summary of the legs' coordination; `more` are arguments of its class."""
         return kind.on(self.controller, self.body, **{"reference": self.reference, **settings})
 
     def rollout(self, summary: Summary, timing: Timing | None = None) -> Rollout:
@@ -168,7 +168,7 @@ def random_phases(limbs: int, starts: int, seed: int = 0) -> np.ndarray:
 
 
 def lanes_of(result: T) -> T:
-    """A summary's arrays in double precision, of NumPy."""
+    """Return a summary's arrays as NumPy arrays in double precision."""
 
     def lanes(x: AnyArray) -> np.ndarray:
         array = np.asarray(x)
@@ -182,7 +182,7 @@ HOPPING_S = 60.0
 
 
 def settling(system: System, weights: LaneNumbers, description: str = "") -> Legged:
-    """A system with its weights, timed so that it settles whatever its release.
+    """Return a system with its weights and a duration in which it settles from any release.
 
     Gaits lock in some 20 to 60 √(l0 / g), which is more than an episode of training.
 
@@ -215,7 +215,7 @@ _MOST_LATE = 1000
 
 
 def felt(legged: Legged, delay_s: float, noise: float) -> Body:
-    """The body of a system, felt late and with noise.
+    """Return the body of a system with delayed and noisy senses.
 
     Args:
         legged: the system.

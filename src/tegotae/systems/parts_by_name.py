@@ -18,7 +18,7 @@ from tegotae.systems.registry import is_reference, kinds_of, load_object
 
 
 def body_called(name: str) -> Body:
-    """The body of a name.
+    """Return the body of a name.
 
     Args:
         name: `FILE.toml`, a body as `body_text` writes it; or `FILE.py:OBJECT` or `MODULE:OBJECT`.
@@ -43,7 +43,7 @@ def body_called(name: str) -> Body:
 
 
 def body_text(body: Body, reasons: Mapping[str, str] | None = None) -> str:
-    """A body as TOML.
+    """Return a body as TOML.
 
     Args:
         body: a registered one, perhaps in wrappers.
@@ -74,14 +74,14 @@ def _lines(document: Mapping[str, Any], table: str, reasons: Mapping[str, str]) 
 
 
 def oscillator_called(name: str) -> Oscillator:
-    """The oscillator of a name, or a user's own, `FILE.py:OBJECT`."""
+    """Return the oscillator of a name, or a user's own, `FILE.py:OBJECT`."""
     if is_reference(name):
         return load_object(name, Oscillator, "oscillator")
     return oscillator_named(name)
 
 
 def terrain_of(words: Sequence[str]) -> Terrain:
-    """The ground that some words name: its kind, and numbers of it.
+    """Return the ground that a text names: its kind, and numbers of it.
 
     Raises:
         TegotaeError: for a kind or a number that there is not.

@@ -157,7 +157,7 @@ class Recipe:
         return observed(names, self.system.mechanics) if names else ()
 
     def controller(self, budget: int = BUDGET) -> Controller:
-        """The controller, with as many weights as the budget allows.
+        """Return the controller, with as many weights as the budget allows.
 
         Args:
             budget: largest number of weights.
@@ -210,7 +210,7 @@ class Recipe:
         return isinstance(unwrapped(self.system.mechanics), Walker)
 
     def experiment(self, *, budget: int = BUDGET, **settings: object) -> Experiment:
-        """The training and evaluation of this recipe, as in the paper.
+        """Return the training and evaluation of this recipe, as in the paper.
 
         On several legs every episode begins with the same phases, drawn once for all recipes.
 
@@ -248,8 +248,9 @@ class Recipe:
         return replace(Experiment(name=self.name, system=system), settings)
 
     def _start(self, controller: Controller, body: Body) -> float | tuple[float, ...]:
-        """The phases that every episode of training begins with [rad]: drawn, or of a clock, whose
-        phases nothing changes, those of a trot."""
+        """Return the phases that every training episode begins with [rad]: drawn, or of a clock,
+        whose phases nothing changes, those of a trot.
+        """
         if not self.terms.has_rhythm:
             return 0.0
         if controller.tegotae is None and isinstance(controller.actuation, TunedFoot):
@@ -331,13 +332,13 @@ def study_recipe(name: str) -> Recipe | None:
 
 
 def _stem(name: str) -> tuple[str, float | None]:
-    """A name without its frequency, and the frequency."""
+    """Split a name into its stem and its frequency."""
     match = _WITH_OMEGA.fullmatch(name)
     return (match["stem"], float(match["omega"])) if match else (name, None)
 
 
 def _plainest(name: str) -> Recipe | None:
-    """The model of the study that an architecture stands for, with what its terms sense or not."""
+    """Return the study's model of an architecture, optionally of the senses of its terms."""
     models = study_recipes()
     if name == "T":
         return models["T-F"]
@@ -349,7 +350,7 @@ def _plainest(name: str) -> Recipe | None:
 
 @cache
 def study_recipes() -> dict[str, Recipe]:
-    """The 218 models of the paper's study by name, in a fixed order."""
+    """Return the 218 models of the paper's study by name, in a fixed order."""
     observations = (None, "F", "Fv")
     actuations = [*((name, None) for name in _HOPPERS), *(("sector", x) for x in ACTUATION_INPUTS)]
     recipes = [
@@ -367,7 +368,7 @@ def study_recipes() -> dict[str, Recipe]:
 
 
 def architectures() -> list[str]:
-    """The architectures of the paper's study."""
+    """Return the architectures of the paper's study."""
     return list(dict.fromkeys(x.terms.architecture for x in study_recipes().values()))
 
 
@@ -387,7 +388,7 @@ def is_on_legs(name: str) -> bool:
 
 
 def _on_legs(name: str) -> Recipe:
-    """The recipe on legs of a name."""
+    """Return the recipe on legs of a name."""
     terms, _, place = name.partition("@")
     parts = _TERMS_ON_LEGS.fullmatch(terms)
     if parts is None:
@@ -411,7 +412,7 @@ def _on_legs(name: str) -> Recipe:
 
 
 def recipes_on_legs() -> dict[str, Recipe]:
-    """Every listed term set on every named system, by name.
+    """Return every listed term set on every named system, by name.
 
     Example:
         >>> "ARGT-rF-gF-tphif@plate-light-pitch" in recipes_on_legs()

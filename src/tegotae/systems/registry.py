@@ -126,12 +126,12 @@ def register(part: P) -> P:
 
 
 def kinds() -> dict[str, type]:
-    """All registered parts by name, those of this package first."""
+    """Return all registered parts by name, those of this package first."""
     return {**_package_parts(), **_registered}
 
 
 def kinds_of(contract: type[P]) -> dict[str, type[P]]:
-    """The registered parts that keep a contract, by name."""
+    """Return the registered parts that keep a contract, by name."""
     return {name: kind for name, kind in kinds().items() if issubclass(kind, contract)}
 
 
@@ -184,13 +184,13 @@ def is_part(kind: object) -> TypeGuard[type]:
 
 
 def contract_of(kind: type) -> type | None:
-    """The contract that a class keeps, or is."""
+    """Return the contract that a class keeps, or is."""
     return next((contract for contract in contracts() if issubclass(kind, contract)), None)
 
 
 @cache
 def contracts() -> tuple[type, ...]:
-    """The contracts that a part can keep."""
+    """Return the contracts that a part can keep."""
     return tuple(
         getattr(importlib.import_module(module), name) for module, name in _CONTRACTS.items()
     )
@@ -198,7 +198,7 @@ def contracts() -> tuple[type, ...]:
 
 @cache
 def _package_parts() -> dict[str, type]:
-    """The parts of this package, by name."""
+    """Return the parts of this package, by name."""
     modules = [importlib.import_module(name) for name in (*_CONTRACTS, *_MORE_PARTS)]
     parts = [part for module in modules for part in vars(module).values() if is_part(part)]
     return {name_of(part): part for part in parts if part not in contracts()}
@@ -209,7 +209,7 @@ def _origin(kind: type) -> tuple[str, str]:
 
 
 def parts_in(value: object) -> list[object]:
-    """All parts that a description (a dataclass, a tuple, a part) is made of, itself included."""
+    """Return all parts in a description (a dataclass, a tuple, a part), itself included."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         inside = [getattr(value, field.name) for field in dataclasses.fields(value)]
         parts = [value] if contract_of(type(value)) is not None else []
@@ -234,7 +234,7 @@ def is_reference(text: str) -> bool:
 
 
 def load_object(reference: str, kind: type | tuple[type, ...], role: str) -> Any:
-    """The object of a reference; its file is imported, and the parts in it are registered.
+    """Return the object of a reference; import its file and register the parts in it.
 
     A class is taken for an instance of it with its defaults.
 
@@ -267,7 +267,7 @@ def load_object(reference: str, kind: type | tuple[type, ...], role: str) -> Any
 
 
 def imported(place: str) -> ModuleType:
-    """A user's module, by its file or its name, with its parts registered.
+    """Import a user's module, by its file or its name, and register its parts.
 
     The folder of a file is added to the path, so that worker processes find it, too. From then on
     documents may refer to its objects.
@@ -308,13 +308,13 @@ def require_named(text: str, document: str) -> None:
 
 
 def _absolute(text: str) -> str:
-    """A place or a reference, the file in it by its absolute path."""
+    """Return a place or a reference with the absolute path of its file."""
     place, dot_py, tail = text.rpartition(".py")
     return f"{Path(place).resolve()}{dot_py}{tail}" if tail[:1] in ("", ":") and place else text
 
 
 def _imported(place: str) -> ModuleType:
-    """A user's module, with its parts registered."""
+    """Import a user's module and register its parts."""
     length = len(sys.path)
     try:
         module = _file(Path(place)) if place.endswith(".py") else _module(place)
@@ -329,7 +329,7 @@ def _imported(place: str) -> ModuleType:
 
 
 def source_of(reference: str) -> Path | None:
-    """The file in which the object of a reference is; None if it is not known.
+    """Return the file that holds the object of a reference, or None if it is not known.
 
     Example:
         >>> source_of("json:loads").name, source_of("nowhere.py:body")

@@ -73,7 +73,7 @@ class Resolved(ABC):
 
     @abstractmethod
     def weighted(self) -> tuple[tuple[Path, SavedController], ...]:
-        """The controllers with their weights, and where each is from.
+        """Return the controllers with their weights and sources.
 
         Raises:
             TegotaeError: if there are none, with what has some.
@@ -81,14 +81,14 @@ class Resolved(ABC):
 
     @abstractmethod
     def experiment(self) -> Experiment:
-        """The one experiment.
+        """Return the one experiment.
 
         Raises:
             TegotaeError: if it says nothing of what is to be trained, or of several.
         """
 
     def controller(self) -> SavedController:
-        """The one controller.
+        """Return the one controller.
 
         Raises:
             TegotaeError: if there is none, or there are several.
@@ -107,7 +107,8 @@ class Resolved(ABC):
         return saved
 
     def legs(self) -> Legged:
-        """The one legged system with its weights, timed so that it settles whatever its release.
+        """Return the one legged system with its weights and a duration in which it settles from any
+        release.
 
         Raises:
             TegotaeError: if it has one leg, no weights, or several.
@@ -137,11 +138,11 @@ class Trained(Resolved):
         return self.controllers[0][1].system.body
 
     def weighted(self) -> tuple[tuple[Path, SavedController], ...]:
-        """The controllers."""
+        """Return the controllers."""
         return self.controllers
 
     def experiment(self) -> Experiment:
-        """The experiment that all of them were trained in."""
+        """Return the experiment that all of them were trained in."""
         trained = [saved.experiment for _, saved in self.controllers]
         first = trained[0]
         if first is not None and all(experiment == first for experiment in trained):
@@ -154,7 +155,7 @@ class Trained(Resolved):
         )
 
     def legs(self) -> Legged:
-        """The legged system of its name, or that of its controller."""
+        """Return the legged system of its name, or that of its controller."""
         return super().legs() if self.legged is None else self.legged
 
 
@@ -188,7 +189,7 @@ class Untrained(Resolved):
         )
 
     def experiment(self) -> Experiment:
-        """The one experiment."""
+        """Return the one experiment."""
         if len(self.experiments) > 1:
             raise TegotaeError(f"{self.name} holds {len(self.experiments)} experiments; name one")
         return self.experiments[0]
@@ -327,7 +328,8 @@ def experiment_of(name: str | Path | Named, budget: int | None = None) -> Experi
 
 
 def legged_system(name: str) -> Legged:
-    """The legged system of a name, with weights: one by name, a user's own, or a controller file.
+    """Return the legged system of a name, with weights: one by name, a user's own, or a controller
+    file.
 
     Raises:
         TegotaeError: for a name that means nothing, a body of one leg, or what has no weights.
@@ -350,7 +352,7 @@ def is_vanilla(name: str) -> bool:
 
 
 def vanilla(name: str) -> SavedController:
-    """A vanilla controller on its preset's hopper, released as it is there.
+    """Return a vanilla controller on its preset's hopper, with the preset's release.
 
     Args:
         name: `PRESET[-ACTUATION][+OSCILLATOR]`, such as `paper-reflex+hopf`; the oscillator may be
@@ -396,7 +398,7 @@ def _of_object(name: str, value: object) -> Trained | Untrained | Bare:
 
 
 def _of_robot(name: str, law: str, robot: str) -> Trained | Untrained | Bare:
-    """A controller from elsewhere on a robot; its file is read by a room above this one."""
+    """Return a controller from elsewhere on a robot; a package above this one reads its file."""
     saved = dataclasses.replace(resolve(law), name=name).controller()
     transfer = importlib.import_module("tegotae.training.environments.transfer")
     return _of_object(name, transfer.on_robot(saved, robot))
@@ -437,7 +439,9 @@ def _of_file(name: str, path: Path) -> Trained | Untrained:
 
 
 def _experiments_in(path: Path) -> tuple[Experiment, ...] | None:
-    """The experiments of a document, a list of them, or a study; None if it is none of these."""
+    """Return the experiments of a document, a list of them, or a study, or None if it is none of
+    these.
+    """
     if not path.is_file():
         return None  # as loading it says
     document = documents.read(path)

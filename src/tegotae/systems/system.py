@@ -85,7 +85,7 @@ class Release:
         check_scenario(self.scenario(omega), body, oscillator, episode)
 
     def scenario(self, omega: float | None, **entries: LaneNumbers) -> Scenario:
-        """The scenario of a lane that is released so.
+        """Return the scenario of a lane with this release.
 
         Args:
             omega: ω [rad/s]; None without an oscillator.
@@ -170,7 +170,7 @@ class System:
         return self.body
 
     def on(self, body: Body) -> System:
-        """The system on another body, released as high over where its legs touch the ground.
+        """Return the system on another body, released at the same height above leg contact.
 
         Raises:
             TegotaeError: for a body that does not go with the rest, or cannot hop from there.
@@ -185,7 +185,7 @@ class System:
         return self.release.height_m + higher
 
     def period_s(self, usual_s: float) -> float:
-        """The control period of a question that usually takes another one [s].
+        """Return the control period of a task that usually takes another one [s].
 
         In continuous time it is a matter of accuracy, and the question's own. What is held over it,
         or advances in a way of its own, keeps its own: it would be another system.
@@ -193,7 +193,8 @@ class System:
         return usual_s if self.integrator == PredictorCorrector() else self.timing.tick_s
 
     def evaluated_by(self, protocol: Protocol) -> Protocol:
-        """A protocol from the system's own release, and of its control period where that is held.
+        """Return a protocol from the system's own release, and of its control period where that is
+        fixed.
 
         Args:
             protocol: its episodes, times, drop and work.
@@ -205,7 +206,7 @@ class System:
     def timing_over(
         self, duration_s: float, *, tick_s: float = Timing.tick_s, frame_s: float = Timing.frame_s
     ) -> Timing:
-        """The timing of a question: at its usual control period, or the system's (`period_s`).
+        """Return the timing of a task: at its usual control period, or the system's (`period_s`).
 
         Args:
             duration_s: how long [s].
@@ -229,11 +230,11 @@ class System:
         return Timing(duration_s=duration_s, tick_s=tick_s, frame_s=frame_s)
 
     def scenario(self, **entries: LaneNumbers) -> Scenario:
-        """An episode of one lane, but for the entries that are given."""
+        """Return the scenario of one lane's episode; `entries` override its values."""
         return self.release.scenario(self.omega, **entries)
 
     def rollout(self, summary: Summary = whole_trajectory, timing: Timing | None = None) -> Rollout:
-        """The engine that advances it, by its own timing unless another is given."""
+        """Return the rollout that simulates it, with its own timing unless another is given."""
         return Rollout(
             controller=self.controller,
             integrator=self.integrator,
@@ -296,7 +297,7 @@ class OnSystem:
         return self.system.timing
 
     def on(self, body: Body) -> Self:
-        """The same on another body, released as high over where its legs touch the ground.
+        """Return this setup on another body, released at the same height above leg contact.
 
         Raises:
             TegotaeError: for a body that does not go with the rest, or cannot hop from there.
@@ -314,7 +315,7 @@ class OnSystem:
 def usual_system(
     controller: Controller, body: Body | Interface, omega: float | None, tick: float = WALKING_TICK
 ) -> System:
-    """A controller on a body, released and timed as is usual for this body.
+    """Return a controller on a body, with the body's usual release and timing.
 
     A walker begins on its feet, and its times are in √(l0 / g); others are released as the paper's
     hopper is.

@@ -136,7 +136,7 @@ class LearnedTerms:
         return max((self.reaction or "F", self.gain or "F"), key=len)
 
     def inputs(self, body: Body) -> dict[str, tuple[str, ...]]:
-        """The signals that each network reads, by its term.
+        """Return the signals that each network reads, by its term.
 
         Args:
             body: the body, whose senses they are.
@@ -358,7 +358,9 @@ def _no_terms() -> TegotaeError:
 def _learned_actuation(
     system: System, inputs: tuple[str, ...], hidden: int, *, added: bool = False
 ) -> Actuation:
-    """A learned T: a force, a place of the foot, or what is added to the ellipse of a foot."""
+    """Return a learned T: a force, a place of the foot, or a correction of the ellipse of a
+    foot.
+    """
     if added:
         return CorrectedFoot(inputs, hidden, reach_m=_reach_m(system), around=ellipse_of(system))
     if system.controller.actuation.COMMANDS == FOOT:
@@ -382,7 +384,7 @@ def ellipse_of(system: System) -> EllipticFoot:
 
 
 def _reach_m(system: System) -> float:
-    """The scale of the outputs of a learned foot [m]: half the height of the ellipse.
+    """Return the scale of a learned foot's outputs [m]: half the height of the ellipse.
 
     So the noise of training moves a foot by less than a step lifts it.
     """
@@ -485,7 +487,7 @@ _WARY = ShortLaw(
 
 
 def _law_of_legs(name: str) -> ShortLaw | None:
-    """The short law of several legs of a name; None for another kind of name."""
+    """Return the short law of several legs of a name, or None for another kind of name."""
     if name in (_COSINE.name, _WARY.name):
         return _COSINE if name == _COSINE.name else _WARY
     law, _, step = name.partition("-")
@@ -518,7 +520,7 @@ _NETWORK = re.compile(r"(?P<kind>T|W|Wphi|W\+phi)-(?P<observation>[A-Za-z]+)")
 
 
 def terms_on_legs(name: str) -> TermSet:
-    """The term set of a name, on several legs; what its networks sense may be left out.
+    """Return the term set of a name on several legs; the inputs of its networks may be left out.
 
     Args:
         name: see this module; `cos` is the law of ORCAgym with two trained numbers. A clock begins
@@ -544,7 +546,7 @@ def terms_on_legs(name: str) -> TermSet:
 
 
 def learned_terms(name: str) -> LearnedTerms | None:
-    """The learned terms of a name; None for one that is no name of them.
+    """Return the learned terms of a name, or None for a name of something else.
 
     Args:
         name: such as `ART-rF-tphif`; what its terms sense may be left out.
@@ -582,7 +584,7 @@ def networks(
     commands: int = 1,
     other_weights: int = 0,
 ) -> dict[str, Network]:
-    """A network for each term, as large as the budget allows.
+    """Return a network for each term, as large as the budget allows.
 
     Args:
         name: whose networks they are, for an error.

@@ -53,7 +53,7 @@ class Range:
     even: bool = False
 
     def quantile(self, share: np.ndarray) -> np.ndarray:
-        """The values at shares of the range, from 0 to 1.
+        """Return the values at shares of the range, from 0 to 1.
 
         Example:
             >>> Range(1.0, 100.0).quantile(np.array([0.5])).round(6).tolist()
@@ -87,13 +87,13 @@ class FrontFamily:
     lags: Mapping[str, float] | None = None
 
     def controller(self, legged: Legged) -> Controller:
-        """The controller, with weights for all numbers but the frequency."""
+        """Return the controller, with weights for all numbers but the frequency."""
         action = OffsetAction() if self.action == "cosine" else VanillaAction()
         law = ShortLaw(name=self.name, action=action, gain=ConstantGain(), step=TunedFoot)
         return law.controller(legged.system, MOST_WEIGHTS)
 
     def numbers(self, legged: Legged, free: Numbers) -> dict[str, np.ndarray]:
-        """All numbers of walkers, the fixed ones those of the system.
+        """Return all numbers of walkers, the fixed ones those of the system.
 
         Args:
             legged: the system.
@@ -111,7 +111,7 @@ class FrontFamily:
         return {name: np.asarray(free.get(name, np.full(count, fixed[name]))) for name in NUMBERS}
 
     def weights(self, numbers: Numbers) -> np.ndarray:
-        """The weights of walkers, [walkers, n_weights]."""
+        """Return the weights of walkers, [walkers, n_weights]."""
         offset = ("offset",) if self.action == "cosine" else ()
         order = (*offset, "sigma", "stride", "lift", "press", "shift")
         return np.stack([np.asarray(numbers[name], float) for name in order], axis=1)
@@ -128,7 +128,7 @@ class FrontFamily:
         return drawn[:1] - 2.0 * np.pi * lag
 
     def scenario(self, legged: Legged, numbers: Numbers, phase_rad: np.ndarray) -> Scenario:
-        """The release of every walker, from its own standing height.
+        """Return the release of every walker, from its own standing height.
 
         Args:
             legged: the system.
@@ -141,7 +141,8 @@ class FrontFamily:
         return scenario._replace(omega=np.asarray(numbers["omega"], float))
 
     def walker(self, legged: Legged, numbers: Mapping[str, float]) -> Legged:
-        """One walker as a system of its own, released at phase 0, or in the phases of its gait.
+        """Return one walker as a system of its own, released at phase 0, or in the phases of its
+        gait.
 
         Args:
             legged: the system.
@@ -163,7 +164,7 @@ class FrontFamily:
 
 
 def front_families(legged: Legged) -> dict[str, FrontFamily]:
-    """The families of a legged system by name.
+    """Return the families of a legged system by name.
 
     "vanilla" and "cosine" have the frequency, gain, stride and lift free; "vanilla ellipse" the
     whole ellipse; "forced trot" and the like turn their legs at ω without feedback.
@@ -201,7 +202,7 @@ def front_families(legged: Legged) -> dict[str, FrontFamily]:
 
 
 def front_family(legged: Legged, name: str) -> FrontFamily:
-    """A family by name.
+    """Return a family by name.
 
     Args:
         legged: the system.
@@ -233,7 +234,7 @@ def is_front_name(name: str) -> bool:
 
 
 def front_walker(name: str) -> Legged:
-    """The walker of a kept front nearest to a speed.
+    """Return the walker of a kept front nearest to a speed.
 
     Args:
         name: `front:SYSTEM/FAMILY/SPEED`, or without the family.

@@ -56,7 +56,7 @@ class Preset:
     """Release height [m], at rest."""
 
     def controller(self, actuation: str, oscillator: Oscillator = _PAPERS) -> Controller:
-        """The vanilla controller with this actuation: "sector", "reflex" or "both".
+        """Return the vanilla controller with this actuation: "sector", "reflex" or "both".
 
         Args:
             actuation: its name.
@@ -101,7 +101,7 @@ PRESETS: dict[str, Preset] = {
 
 
 def preset(name: str) -> Preset:
-    """The preset of that name.
+    """Return the preset of that name.
 
     Raises:
         TegotaeError: for an unknown name, with the nearest ones.
@@ -119,7 +119,7 @@ _SECTOR = PRESETS["paper"].controller("sector")
 
 
 def hopping(description: str, body: Body) -> Legged:
-    """The paper's legs under a bar or a plate; sector, ω 8, σ 1.
+    """Return the paper's legs under a bar or a plate; sector, ω 8, σ 1.
 
     Lags are measured from the (left) hind leg.
 
@@ -135,7 +135,7 @@ def hopping(description: str, body: Body) -> Legged:
 
 
 def bar(inertia_ratio: float) -> Legged:
-    """Two of the paper's legs under a bar."""
+    """Return two of the paper's legs under a bar."""
     description = f"two hopper legs under a bar, j = {inertia_ratio:g}"
     return hopping(description, Bar(inertia_ratio=inertia_ratio))
 
@@ -163,7 +163,7 @@ def walking(
     omega: float,
     tick: float = WALKING_TICK,
 ) -> Legged:
-    """A torso on legs whose feet go round ellipses; each leg's oscillator feels its own load.
+    """Return a torso on legs whose feet follow ellipses; each leg's oscillator feels its own load.
 
     Dimensionless: l0 = m = g = 1. It begins on its feet, at rest; lags are measured from the left
     hind leg, or the first one where there is none.
@@ -192,7 +192,7 @@ class _WalkerDocument(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def walker_of(document: object) -> Legged:
-    """The walker of plain values, such as an entry of `walkers.toml`.
+    """Return the walker of plain values, such as an entry of `walkers.toml`.
 
     Args:
         document: `about`, `sigma`, `omega`, and the fields of its `foot` and its `body`; `senses`
@@ -252,7 +252,8 @@ SYSTEMS: dict[str, Callable[[], Legged]] = {
 
 
 def legged_named(name: str) -> Legged:
-    """A legged system, as recipes stand on; `tegotae.systems.resolve` takes all other names.
+    """Return a legged system by its name in recipes; `tegotae.systems.resolve` takes all other
+    names.
 
     Args:
         name: of `SYSTEMS`; `FILE.toml`, a walker as in `walkers.toml`; or `FILE.py:OBJECT` or

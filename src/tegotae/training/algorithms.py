@@ -62,18 +62,20 @@ class Algorithm(Part, ABC):
 
     @abstractmethod
     def make(self, n_weights: int) -> Strategy:
-        """A new evosax strategy for this many weights and this population."""
+        """Make a new evosax strategy for this many weights and this population."""
 
     def strategy(self, n_weights: int) -> Strategy:
-        """The evosax strategy for this many weights (always the same: a new one compiles anew)."""
+        """Return the evosax strategy for this many weights; it is always the same, since a new one
+        compiles anew.
+        """
         return _strategy(self.program, n_weights)
 
     def parameters(self, n_weights: int) -> Parameters:
-        """The strategy's parameters."""
+        """Return the strategy's parameters."""
         return self.strategy(n_weights).default_params
 
     def of_seeds(self, function: Callable[..., T]) -> Callable[..., T]:
-        """A function of one seed's arrays as one of all seeds', [seeds, ...]: all at once."""
+        """Map a function of one seed's arrays over all seeds at once, [seeds, ...]."""
         return jax.vmap(function)
 
     def start(self, key: jax.Array, weights: jax.Array) -> SearchState:
@@ -105,7 +107,9 @@ def _strategy(algorithm: Algorithm, n_weights: int) -> Strategy:
 
 
 def _with_settings(state: SearchState, settings: dict[str, float]) -> SearchState:
-    """A strategy's state with these settings of its optimiser, which optax keeps as data there."""
+    """Return a strategy's state with new settings of its optimiser, which optax keeps as data
+    there.
+    """
     values = {name: jnp.asarray(value, "float32") for name, value in settings.items()}
     optimiser = state.opt_state
     hyperparams = {**optimiser.hyperparams, **values}
@@ -164,7 +168,7 @@ class PGPE(Algorithm):
         return PGPE(population=self.population)
 
     def make(self, n_weights: int) -> Strategy:
-        """evosax's PGPE."""
+        """Make evosax's PGPE."""
         import optax
         from evosax.algorithms import PGPE as EvosaxPGPE  # noqa: N811
         from evosax.core.optimizer import clipup
@@ -173,7 +177,7 @@ class PGPE(Algorithm):
         return EvosaxPGPE(self.population, jnp.zeros(n_weights), optimizer=optimizer)
 
     def parameters(self, n_weights: int):
-        """evosax's parameters."""
+        """Return evosax's parameters."""
         return self.strategy(n_weights).default_params.replace(
             std_init=self.std, std_lr=self.std_lr, std_max_change=self.std_max_change
         )
@@ -220,14 +224,14 @@ class CMAES(Algorithm):
         return CMAES(population=self.population)
 
     def make(self, n_weights: int) -> Strategy:
-        """evosax's CMA-ES."""
+        """Make evosax's CMA-ES."""
         from evosax.algorithms import CMA_ES
 
         _use_one_blas_thread()
         return CMA_ES(self.population, jnp.zeros(n_weights))
 
     def of_seeds(self, function: Callable[..., T]) -> Callable[..., T]:
-        """One seed after the other.
+        """Apply a function to one seed after the other.
 
         The covariances of all seeds at once are decomposed by the threads of a pool that the
         devices share, and of two devices that wait for it neither goes on (jaxlib 0.10.2).
@@ -235,7 +239,7 @@ class CMAES(Algorithm):
         return lambda *arrays: jax.lax.map(lambda of_seed: function(*of_seed), arrays)
 
     def parameters(self, n_weights: int):
-        """evosax's parameters."""
+        """Return evosax's parameters."""
         defaults = self.strategy(n_weights).default_params
         return defaults.replace(std_init=jnp.asarray(self.std))
 
@@ -274,7 +278,7 @@ class OpenES(Algorithm):
         return OpenES(population=self.population)
 
     def make(self, n_weights: int) -> Strategy:
-        """evosax's OpenAI-ES, but for its deviation, which is kept in its state."""
+        """Make evosax's OpenAI-ES, with the deviation kept in its state."""
         import optax
         from evosax.algorithms import Open_ES
 
@@ -327,13 +331,13 @@ class SNES(Algorithm):
         return SNES(population=self.population)
 
     def make(self, n_weights: int) -> Strategy:
-        """evosax's SNES."""
+        """Make evosax's SNES."""
         from evosax.algorithms import SNES as EvosaxSNES  # noqa: N811
 
         return EvosaxSNES(self.population, jnp.zeros(n_weights))
 
     def parameters(self, n_weights: int):
-        """evosax's parameters."""
+        """Return evosax's parameters."""
         return self.strategy(n_weights).default_params.replace(std_init=jnp.asarray(self.std))
 
 

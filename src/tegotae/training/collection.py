@@ -32,7 +32,8 @@ _MOST_SHOWN = 3
 
 
 def read_runs(place: str | Path) -> list[ControllerSet]:
-    """The controllers of a name (`tegotae.systems.resolve`), such as a file or a folder of files.
+    """Read the controllers of a name (`tegotae.systems.resolve`), such as a file or a folder of
+    files.
 
     Files of the same training (controller, frequency, body, fitness, algorithm and all else that
     decides the result) are runs of one set, and no two of the same seed; a folder is searched with
@@ -48,7 +49,7 @@ def read_runs(place: str | Path) -> list[ControllerSet]:
 
 
 def named_sets(sets: list[tuple[str, ControllerSet]]) -> list[tuple[str, ControllerSet]]:
-    """The same sets, each with the name that it is of.
+    """Return the sets, each with the name of its source.
 
     Raises:
         TegotaeError: for runs that two names hold.
@@ -63,7 +64,7 @@ def named_sets(sets: list[tuple[str, ControllerSet]]) -> list[tuple[str, Control
 
 
 def sets_of(resolved: Resolved) -> list[ControllerSet]:
-    """The controllers of what a name was resolved to, a set a training.
+    """Return the controllers that a name resolved to, one set per training.
 
     Raises:
         TegotaeError: if it has no weights.
@@ -73,7 +74,7 @@ def sets_of(resolved: Resolved) -> list[ControllerSet]:
 
 
 def controller_of(resolved: Resolved) -> SavedController:
-    """The one controller of what a name was resolved to; a σ that is not known is found by search.
+    """Return the one controller that a name resolved to; an unknown σ is found by search.
 
     Raises:
         TegotaeError: if it has no weights, or several controllers.
@@ -134,13 +135,13 @@ def group(files: Sequence[tuple[Path, SavedController]]) -> list[ControllerSet]:
 
 
 def _labels(members: list[tuple[Path, SavedController]]) -> tuple[str, ...]:
-    """Seeds, or the files' names where there is none, or one twice."""
+    """Return seeds as labels, or the files' names where a seed is missing or repeated."""
     seeds = tuple(str(saved.training.get("seed", path.stem)) for path, saved in members)
     return seeds if len(set(seeds)) == len(seeds) else tuple(path.stem for path, _ in members)
 
 
 def _once(members: list[tuple[Path, SavedController]]) -> list[tuple[Path, SavedController]]:
-    """The runs of a set without those whose weights another has already."""
+    """Return the runs of a set without those that repeat another's weights."""
     first: dict[bytes, tuple[Path, SavedController]] = {}
     copies: list[Path] = []
     for path, saved in members:
@@ -172,7 +173,7 @@ def _is_within(runs: ControllerSet, candidate: ControllerSet) -> bool:
 def _by_folder(
     members: list[tuple[Path, SavedController]],
 ) -> list[list[tuple[Path, SavedController]]]:
-    """The same apart by folder if a seed is there twice, as after other lengths of training."""
+    """Split the sets by folder if a seed occurs twice, as after other lengths of training."""
     seeds = Counter(saved.training.get("seed") for _, saved in members)
     if not any(count > 1 for seed, count in seeds.items() if seed is not None):
         return [members]
@@ -207,7 +208,7 @@ def _differences(sets: list[list[tuple[Path, SavedController]]]) -> list[str]:
 
 
 def _document(saved: SavedController) -> JsonObject:
-    """All that decides what a controller became, but for its seed, as JSON values."""
+    """Return all settings that determine a controller except its seed, as JSON values."""
     training = {name: value for name, value in saved.training.items() if name not in _OF_A_RUN}
     description = {} if saved.experiment is None else describe(saved.experiment)
     description.pop("system", None)
@@ -223,7 +224,7 @@ def _document(saved: SavedController) -> JsonObject:
 
 
 def _formatted(document: Mapping[str, Json], name: str) -> str:
-    """An entry of a document in a few words, such as "fitness.work net"."""
+    """Return an entry of a document in a few words, such as "fitness.work net"."""
     if name.startswith("code of "):
         return name
     value: Json = document

@@ -28,7 +28,8 @@ _RUN = ["model", "algorithm", "seed"]
 
 
 def read_curves(places: Sequence[Path], measure: str | None = COT) -> pd.DataFrame:
-    """The learning curves at some places, a row a point, ordered by model, algorithm and seed.
+    """Read the learning curves at some places, one row per point, ordered by model, algorithm and
+    seed.
 
     The columns are `COLUMNS`: `algorithm`, which and what sets it apart from others of the same
     name; the `model`; the run's `seed`; `episode`, where in training, as the paper counts: episodes
@@ -102,7 +103,8 @@ def groups(curves: pd.DataFrame) -> dict[tuple[str, str], list[pd.DataFrame]]:
 
 
 def shared(runs: Sequence[pd.DataFrame]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The points that all of some runs have: episode, simulated time [s], values [points, runs].
+    """Return the points that some runs have in common: episode, simulated time [s], values [points,
+    runs].
 
     Raises:
         TegotaeError: if there are none.
@@ -121,7 +123,7 @@ _Training: TypeAlias = tuple[Path, dict[str, Any], pd.DataFrame]
 
 
 def _in_folder(place: Path) -> list[_Training]:
-    """The trainings in a folder and its subfolders, but for those that were set aside."""
+    """Return the trainings in a folder and its subfolders, except those set aside."""
     if not place.is_dir():
         raise TegotaeError(f"there is no folder {place}")
     trainings = [
@@ -136,7 +138,7 @@ def _in_folder(place: Path) -> list[_Training]:
 
 
 def _labelled(trainings: Sequence[_Training], measure: str) -> Iterator[pd.DataFrame]:
-    """The curves, each algorithm named with those settings in which it differs among them."""
+    """Yield the curves, each algorithm named with those settings in which it differs among them."""
     for folder, run, points in trainings:
         if measure == COT and np.isnan(points[COT]).all():
             raise TegotaeError(
@@ -160,7 +162,7 @@ def _labelled(trainings: Sequence[_Training], measure: str) -> Iterator[pd.DataF
 
 
 def _in_table(path: Path) -> pd.DataFrame:
-    """The curves of a table, as `read_curves` returns them."""
+    """Return the curves of a table, as `read_curves` returns them."""
     kind = "table of learning curves"
     cells = read_csv(path, COLUMNS[:-1], kind=kind)
     measure = FITNESS if FITNESS in cells else COT

@@ -83,7 +83,7 @@ class Evaluator(AbstractContextManager["Evaluator"]):
         rows = np.repeat(candidates[going], times, axis=1)
 
         def of_candidates(values: np.ndarray) -> np.ndarray:
-            """[seeds, candidates], over the rows of each."""
+            """Return values [seeds, candidates], reduced over the rows of each candidate."""
             again = values[:, repeats:].reshape(len(values), -1, self.repeats)
             together = again.any(axis=-1) if values.dtype == bool else self.mean(again)
             padded = np.zeros(candidates.shape[:2], values.dtype)
@@ -186,11 +186,11 @@ class EngineEvaluator(Evaluator):
         return Scores(*((x.any if x.dtype == bool else x.mean)(axis=-1) for x in of_rows))
 
     def _lanes(self, weights: np.ndarray, going: np.ndarray, episode: Scenario) -> LaneInputs:
-        """A lane for each episode of each row of weights."""
+        """Return one lane for each episode of each row of weights."""
         seeds, per_seed = len(going), weights.shape[1] * self.episodes
 
         def of_lanes(x: Any) -> np.ndarray:
-            """One a lane, seed by seed; what is the same for all may come as one."""
+            """Return one value per lane, seed by seed; a value common to all may be given once."""
             x = np.atleast_1d(np.asarray(x, "float32"))
             every = np.broadcast_to(x, (*x.shape[:-1], seeds * per_seed))
             by_seed = every.reshape(*every.shape[:-1], seeds, per_seed)[..., going, :]

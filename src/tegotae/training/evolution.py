@@ -114,7 +114,7 @@ class Stopping(Part):
         return CAP if generations >= self.generations else RUNNING
 
     def reasons(self, curves: np.ndarray) -> list[str]:
-        """The same for runs side by side; a run's curve ends in NaN where it has ended.
+        """Return the reasons for runs side by side; a run's curve ends in NaN where it has ended.
 
         Args:
             curves: shape [generations, runs].
@@ -210,7 +210,7 @@ class Evolution(Learner):
         }
 
     def program(self, experiment: Trainable) -> tuple[object, ...]:
-        """The compiled part: trainings with an equal one share it."""
+        """Return the compiled part, which trainings with an equal one share."""
         with evaluator_of(experiment) as evaluator:
             return (self.algorithm.program, *evaluator.program)
 
@@ -270,13 +270,13 @@ class Evolution(Learner):
                 yield progress, curves
 
     def length(self, run: TrainingTask) -> int:
-        """The cap on generations."""
+        """Return the cap on generations."""
         return self.stopping.generations
 
     def learn(
         self, run: TrainingTask, state: TrainingState | None = None
     ) -> Iterator[TrainingState]:
-        """A generation each, or the search of a gain at once.
+        """Yield the state after each generation, or after the search of a gain at once.
 
         Args:
             run: the training.
@@ -321,7 +321,7 @@ class Evolution(Learner):
         return self._state(run, points, progress)
 
     def _progress(self, run: TrainingTask, arrays: Arrays) -> Progress:
-        """The progress of a state's arrays."""
+        """Return the progress of a state's arrays."""
         leaves, structure = jax.tree.flatten(self.start(run.experiment, run.seeds))
         stored = [arrays[f"leaf{i}"] for i in range(len(leaves))]
         for ours, theirs in zip(leaves, stored, strict=True):
@@ -366,7 +366,7 @@ class Evolution(Learner):
         )
 
     def _searched(self, run: TrainingTask) -> TrainingState:
-        """The gain σ of a pure V model."""
+        """Search the gain σ of a pure V model."""
         gain, fitness = best_gain(run.experiment, self.workers)
         outcome = {"seed": run.seeds[0], "best_fitness": fitness, "ended": SEARCH}
         outcome |= {"generations": 0, "best_generation": 0}
@@ -427,7 +427,7 @@ def _keys(progress: Progress, seeds: jax.Array) -> tuple[jax.Array, jax.Array]:
 def _ask(
     algorithm: Algorithm, parameters: Parameters, progress: Progress, seeds: jax.Array
 ) -> tuple[SearchState, jax.Array]:
-    """The optimiser's new state, and the candidates [seeds, population + 1, n_weights].
+    """Return the optimiser's new state, and the candidates [seeds, population + 1, n_weights].
 
     The last candidate is the distribution's mean, by which the best distribution is chosen.
     """

@@ -296,7 +296,7 @@ def write_curves(path: Path, points: Sequence[CurvePoint]) -> None:
 
 
 def curves_of(path: Path) -> pd.DataFrame:
-    """The columns `COLUMNS` of a `curves.csv`, a row a point.
+    """Return the columns `COLUMNS` of a `curves.csv`, a row a point.
 
     Args:
         path: the file.

@@ -40,7 +40,8 @@ def evaluator_of(experiment: Any, workers: int | None = None) -> Evaluator:
 
 
 def best_gain(experiment: Trainable, workers: int | None = None) -> tuple[float, float]:
-    """The σ of highest fitness on a fixed grid, and that fitness; deterministic.
+    """Return the σ of highest fitness on a fixed grid, and that fitness; the search is
+    deterministic.
 
     Of several frequencies (`Trainable.searched_in`) it is the mean fitness that counts.
 

@@ -115,7 +115,7 @@ class Travel(NamedTuple):
 
 @needing("time_s", "x_m", "y_m", "work_absolute_j", "failed")
 def travel(trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing) -> Travel:
-    """A `Rollout`'s summary: the `Travel` of every lane, from few frames."""
+    """Return the `Travel` of every lane from few frames: the summary of a `Rollout`."""
     t, last = trajectory, len(trajectory.time_s) - 1
     third, half = last - last // 4, last - 2 * (last // 4)
 
@@ -195,7 +195,7 @@ class FrontPart(Cell):
 def search_front(
     legged: Legged, family: FrontFamily, search: Search | None = None, folder: Path | None = None
 ) -> pd.DataFrame:
-    """The front of a family on a legged system.
+    """Search the front of a family on a legged system.
 
     Args:
         legged: the system.
@@ -250,7 +250,7 @@ def _steady_lanes(final: Travel) -> np.ndarray:
 
 
 def together(results: Sequence[CellResult]) -> Arrays:
-    """All parts of a search, those that failed left out."""
+    """Join all parts of a search except failed ones."""
     joined = {
         name: np.concatenate([part.arrays[name] for part in results]) for name in results[0].arrays
     }
@@ -259,7 +259,7 @@ def together(results: Sequence[CellResult]) -> Arrays:
 
 
 def cheapest(speed: np.ndarray, cost: np.ndarray, count: int) -> np.ndarray:
-    """The numbers of the cheapest walkers in every bin of speed, from the slowest bin on.
+    """Return the numbers of the cheapest walkers in every bin of speed, from the slowest bin on.
 
     Args:
         speed: [walkers].

@@ -88,7 +88,7 @@ class GaitLesion(Part):
         return ", ".join(words)
 
     def left(self, legged: Legged) -> tuple[int, ...]:
-        """The legs that are left, by their numbers.
+        """Return the numbers of the remaining legs.
 
         Raises:
             TegotaeError: for a leg that is not there, a body that cannot lose any, or fewer than
@@ -118,7 +118,7 @@ class GaitLesion(Part):
         return remaining
 
     def scenario(self, legged: Legged, phase_rad: LaneNumbers) -> Scenario:
-        """A release of the system to which this happens.
+        """Return the scenario of a release of the system with this lesion.
 
         Raises:
             TegotaeError: for legs or numbers that the body does not have.
@@ -244,7 +244,7 @@ class _BeforeAndAfter(CoordinationSummary):
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> tuple[Coordination, Coordination]:
-        """The coordination of every lane, before and after."""
+        """Return the coordination of every lane, before and after."""
 
         def of_part(part: Trajectory, its_body: Body, reference: int) -> Coordination:
             begins = len(part.time_s) - self.window

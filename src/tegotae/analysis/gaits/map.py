@@ -91,7 +91,8 @@ def check_axis(legged: Legged, axis: Axis) -> None:
 
 
 def fields_at(body: Body, values: Mapping[str, float]) -> dict[str, FieldNumber]:
-    """The fields of a body at a place on some axes; those of the legs multiplied.
+    """Return the changed fields of a body at a place on some axes; those of the legs are
+    multiplied.
 
     Example:
         >>> from tegotae.parts.bodies import Bar
@@ -120,7 +121,7 @@ class Setting:
 
 
 def settings(legged: Legged, places: Sequence[Mapping[str, float]]) -> list[Setting]:
-    """The body at every place; one that it refuses itself has none.
+    """Return the body at every place, or None where the body refuses its values.
 
     Args:
         legged: the system.
@@ -192,7 +193,7 @@ class GaitMap:
     gait and the coordination (`coordination_frame`)."""
 
     def grid(self, column: str) -> np.ndarray:
-        """A column of the frame, [rows, columns, starts]."""
+        """Return a column of the frame, [rows, columns, starts]."""
         return self.frame[column].to_numpy().reshape(len(self.y.values), len(self.x.values), -1)
 
     @property
@@ -280,7 +281,7 @@ class MapPart(Cell):
         return {**describe(self.legged), "at": places, "phase_rad": self.phase_rad.tolist()}
 
     def measure(self) -> CellResult:
-        """The coordination of all lanes, a cell's starts beside each other."""
+        """Measure the coordination of all lanes; the starts of a cell are adjacent."""
         starts = self.phase_rad.shape[1]
         cells = [*self.where, *[self.where[-1]] * (self.at_once - len(self.where))]
         lanes = [setting for setting in cells for _ in range(starts)]

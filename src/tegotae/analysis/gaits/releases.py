@@ -38,7 +38,8 @@ from tegotae.systems.legged import Legged, lanes_of, random_phases
 def coordination_frame(
     coordination: Coordination, legs: Sequence[str], tolerance: float, **labels: Any
 ) -> pd.DataFrame:
-    """The gait and the coordination of lanes, a row a lane, behind what tells lanes apart.
+    """Return the gait and the coordination of lanes, one row per lane after the columns that name
+    it.
 
     Args:
         coordination: arrays [limbs, lanes] and [lanes].
@@ -64,7 +65,7 @@ def gait_counts(names: pd.Series) -> pd.Series:
 
 
 def system_document(legged: Legged) -> JsonObject:
-    """A system as JSON values.
+    """Return a system as JSON values.
 
     Raises:
         TegotaeError: for a part that is not registered (`tegotae.register`).

@@ -60,7 +60,7 @@ class ReturnMap(NamedTuple):
 
 
 def fit_return_map(deviation: ArrayLike, *, limit: float = _LINEAR) -> ReturnMap:
-    """The linear map that takes deviations of lags to those a cycle later, by least squares.
+    """Return the linear map that takes deviations of lags to those a cycle later, by least squares.
 
     Args:
         deviation: of the legs other than the reference leg, kick by kick, [cycles, legs, kicks]
@@ -318,7 +318,9 @@ def _run(
 
 
 def _map(lag: np.ndarray, reference: int, skip: int) -> ReturnMap:
-    """The return map of lags [cycles, limbs, kicks], the first unkicked, then pairs."""
+    """Return the return map of lags [cycles, limbs, kicks]: the first without a kick, then in
+    pairs.
+    """
     other_legs = [leg for leg in range(lag.shape[1]) if leg != reference]
     pairs = (lag.shape[2] - 1) // 2
     up, down = lag[skip:, other_legs, 1 : 1 + pairs], lag[skip:, other_legs, 1 + pairs :]

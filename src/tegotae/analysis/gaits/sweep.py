@@ -122,7 +122,7 @@ class LevelsSummary(CoordinationSummary):
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> Coordination:
-        """The coordination of every lane at every level, in the order in which they came.
+        """Return the coordination of every lane at every level, in the order of the levels.
 
         Times count from the begin of the level. How far lags have moved counts from the release,
         beside the drift of legs that do not feel each other, and what rounding makes of it.
@@ -223,7 +223,7 @@ def sweep(
 
 
 def staircase_timing(timing: Timing, levels: int, dwell_s: float) -> Timing:
-    """The timing of a staircase whose levels are whole frames.
+    """Return the timing of a staircase whose levels are whole frames.
 
     Raises:
         TegotaeError: for a level shorter than eight frames, or a run that is too long.

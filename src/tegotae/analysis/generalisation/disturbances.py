@@ -95,7 +95,7 @@ class Disturbance(ABC):
     def changes(
         self, tested: Tested, level: np.ndarray, at_s: np.ndarray
     ) -> dict[str, LaneNumbers]:
-        """The changes for lanes of these levels, by name (`with_changes`).
+        """Return the changes for lanes of these levels, by name (`with_changes`).
 
         Arrays [lanes] or [limbs, lanes], or schedules of them; names are those of the body's
         fields, and of the scenario's entries.
@@ -132,7 +132,7 @@ class Tested(ABC):
 
     @classmethod
     def from_runs(cls, runs: ControllerSet, starts: int = 4) -> Self:
-        """The runs of a set, without duplicates, ready for a test.
+        """Return the runs of a set, without duplicates, ready for a test.
 
         Args:
             runs: the runs.
@@ -235,7 +235,7 @@ class Tested(ABC):
         return name in paths_of(self.prepared)
 
     def nominal(self, name: str) -> LaneNumbers:
-        """A field of the prepared body as it is: a number, or a tuple of the legs' numbers.
+        """Return a field of the prepared body as it is: a number, or a tuple of the legs' numbers.
 
         Raises:
             LackingError: if there is none of this name.

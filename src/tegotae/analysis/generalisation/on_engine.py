@@ -202,7 +202,7 @@ class ControllersUnderTest(Tested):
         return getattr(self.system.scenario(), name) if name in ENTRIES else super().usual(name)
 
     def meeting(self, disturbances: Sequence[Disturbance]) -> ControllersUnderTest:
-        """The same, whose senses can be as late as disturbances make them."""
+        """Return these lanes with senses that can be as late as disturbances make them."""
         longest = max(disturbance.longest_delay_s for disturbance in disturbances)
         if longest <= self.longest_delay_s:
             return self

@@ -233,7 +233,8 @@ class EnvironmentUnderTest(Tested):
     def played(
         self, disturbances: Sequence[Disturbance], pilot: Callable[[np.ndarray], LanePilot]
     ) -> dict[str, np.ndarray]:
-        """An episode of every lane: undisturbed, then level by level, [(1 + levels) size] each.
+        """Play an episode of every lane: undisturbed, then level by level, [(1 + levels) size]
+        each.
 
         Args:
             disturbances: what is met.

@@ -99,14 +99,14 @@ class HopRetention:
         )
 
     def at_s(self, baseline: Outcomes) -> np.ndarray:
-        """The next apex of a hop; the time itself of what hops no more."""
+        """Return the time of a hop's next apex; for a body that hops no more, the time itself."""
         apex = np.asarray(baseline["apex_s"])
         return np.where(np.isfinite(apex), apex, self.event_s)
 
     def shares_kept(
         self, baseline: Outcomes, disturbed: Outcomes, weight_ratio: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """The retained part under a disturbance (`Retention`), [levels, lanes] each.
+        """Return the retained part under a disturbance (`Retention`), [levels, lanes] each.
 
         Efficiency is the dimensionless CoT⁻¹, m g Σh / E.
 
@@ -206,7 +206,7 @@ class GaitRetention:
     def shares_kept(
         self, baseline: Outcomes, disturbed: Outcomes, weight_ratio: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """The same of a gait; efficiency is the inverse cost of transport."""
+        """Return the retained part of a gait; efficiency is the inverse cost of transport."""
         with np.errstate(invalid="ignore", divide="ignore"):
             locked = np.isfinite(baseline["lock_time_s"])
             gap = np.asarray(lag_difference(disturbed["lag"], baseline["lag"]))

@@ -256,7 +256,7 @@ def levels_survived(
 
 
 def margin(disturbance: Disturbance, below: bool, survived: np.ndarray) -> Margin:
-    """The margin of runs that survive so many levels (`levels_survived`)."""
+    """Return the margin of runs that survive so many levels (`levels_survived`)."""
     beyond = -np.inf if below else np.inf
     levels = [disturbance.neutral, *disturbance.side(below), beyond]
     survived = survived[~np.isnan(survived)]
@@ -287,7 +287,7 @@ def _median_interval(counts: np.ndarray, seed: int = 0) -> tuple[int, int, int]:
 def margins(
     outcome: Retention, disturbances: Sequence[Disturbance], measure: str = ""
 ) -> Iterator[Margin]:
-    """The margins of controllers, for each side of every disturbance that they met."""
+    """Yield the margins of controllers, for each side of every disturbance that they met."""
     for disturbance in disturbances:
         if disturbance.name in outcome.left_out:
             continue

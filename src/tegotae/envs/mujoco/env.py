@@ -218,7 +218,7 @@ class Fate:
         self._seen = np.zeros((2, lanes))
 
     def begin(self, observation: np.ndarray, where: np.ndarray | None = None) -> None:
-        """A new episode, from what is observed at its start [lanes, entries].
+        """Begin a new episode from the observation at its start, [lanes, entries].
 
         Args:
             observation: what is observed.
@@ -234,7 +234,9 @@ class Fate:
     def advance(
         self, observation: np.ndarray, work_j: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Reward, whether it has fallen and whether the time is up, [lanes] each."""
+        """Advance a step; return reward, whether it has fallen and whether the time is up, [lanes]
+        each.
+        """
         self._done += 1
         forward, previous = observation[:, self._at["forward"]], self._seen
         went = (forward - previous[0]) / self._length_m
@@ -291,7 +293,7 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     def reset(
         self, *, seed: int | None = None, options: Info | None = None
     ) -> tuple[np.ndarray, Info]:
-        """The model at its release."""
+        """Reset the model to its release."""
         super().reset(seed=seed)
         settings = self.settings
         noise = settings.noise * self.np_random.standard_normal((1, self.model.nv))
@@ -300,7 +302,7 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         return self._observation(self._seen), {}
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, Info]:
-        """One control period; the action is clipped to its bounds.
+        """Step one control period; the action is clipped to its bounds.
 
         Raises:
             TegotaeError: before `reset`, or for an action of the wrong shape.
@@ -328,7 +330,7 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
 def model_settings_of(
     settings: ModelSettings | None, fields: Mapping[str, object]
 ) -> ModelSettings:
-    """The settings, with fields by name; those of a packaged model are its own by default.
+    """Return the settings with fields replaced by name; a packaged model has its own as defaults.
 
     Raises:
         TegotaeError: for a field that there is not, or without a model.
@@ -347,6 +349,6 @@ def model_settings_of(
 
 
 def _model_action_space(sensing: Sensing) -> Box:
-    """The actions in their bounds."""
+    """Return the space of actions within their bounds."""
     low, high = sensing.bounds
     return Box(low.astype(np.float32), high.astype(np.float32), dtype=np.float32)

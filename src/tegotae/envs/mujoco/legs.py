@@ -77,7 +77,7 @@ class LegKinematics:
         return self.length_m * float(np.mean(self.chains.anchor[:, 0, 2] - self.chains.foot[:, 2]))
 
     def joints_at(self, place_m: np.ndarray) -> np.ndarray:
-        """The joints that put feet somewhere, or as near to it as they reach.
+        """Return the joints that place the feet at given points, or as near to them as they reach.
 
         In closed form where there is one, `chains.direct`; from there, or from the model's start,
         by damped least squares. With e from the foot to its place and J its Jacobian, both over
@@ -105,7 +105,7 @@ class LegKinematics:
         return self.length_m * (foot - self.chains.foot)
 
     def forces_n(self, joints: np.ndarray, torques: np.ndarray) -> np.ndarray:
-        """The ground's forces on feet, from the torques that hold massless legs:
+        """Return the ground's forces on feet, from the torques that hold massless legs:
 
             F = -(J Jᵀ + 10⁻⁴ l² I)⁻¹ J τ,
 
@@ -130,7 +130,9 @@ class LegKinematics:
         return (joints - self.start) / self._unit
 
     def _computed(self, function: _OfLegs, **arrays: np.ndarray) -> np.ndarray:
-        """A function of arrays [lanes, legs, numbers], as which its result is returned."""
+        """Compute a function of arrays [lanes, legs, numbers], and return its result in this
+        layout.
+        """
         inputs = {name: np.asarray(x.T, np.float32) for name, x in arrays.items()}
         if function not in self._programs:
             self._programs[function] = _program(function, self.chains, inputs)
@@ -138,7 +140,8 @@ class LegKinematics:
 
 
 def legs_of(model: MjModel, feet: Sequence[str]) -> LegKinematics:
-    """The legs of a compiled model: of every foot the driven joints between it and the trunk.
+    """Return the legs of a compiled model: for every foot the driven joints between it and the
+    trunk.
 
     Joints that several feet hang on stay as they are in the start, and so do those that nothing
     drives, whose springs must bear a share of the weight.
@@ -267,7 +270,7 @@ def resting(model: MjModel) -> np.ndarray:
 
 
 def _servo(model: MjModel, joint: int) -> int:
-    """The position servo of a joint."""
+    """Return the position servo of a joint."""
     actuators = [i for i in _on_joints(model) if model.actuator_trnid[i, 0] == joint]
     drives = [drive_of(model, i) for i in actuators]
     if drives == ["servo"]:
@@ -293,7 +296,9 @@ def _length(anchor: np.ndarray, foot: np.ndarray, joints: Sequence[int]) -> floa
 
 
 def _program(function: _OfLegs, chains: Chains, like: Mapping[str, np.ndarray]) -> _Program:
-    """A function of chains and arrays by name as native code, or by XLA where there is none."""
+    """Compile a function of chains and arrays by name to native code, or by XLA where there is
+    none.
+    """
     if selected() != NATIVE:
         return jax.jit(partial(function, chains))
     shapes = tuple((name, x.shape[:-1]) for name, x in like.items())
@@ -316,7 +321,7 @@ def _program(function: _OfLegs, chains: Chains, like: Mapping[str, np.ndarray]) 
 def _compiled(
     function: _OfLegs, chains: bytes, shapes: tuple[tuple[str, tuple[int, ...]], ...]
 ) -> FunctionKernel:
-    """The same compiled: once for all models with legs of the same geometry."""
+    """Return the compiled function, one for all models with legs of the same geometry."""
     from lanewise.function import compile_function  # llvmlite may be missing
 
     def step(state: Any, inputs: Any) -> Any:
@@ -331,12 +336,12 @@ def _solved(chains: Chains, arrays: Mapping[str, jax.Array]) -> jax.Array:
 
 
 def _reached(chains: Chains, arrays: Mapping[str, jax.Array]) -> jax.Array:
-    """The feet, [3, legs, lanes], of joints, [joints, legs, lanes]."""
+    """Return the places of feet, [3, legs, lanes], of joints, [joints, legs, lanes]."""
     return jnp.stack(kinematics(chains, _rows(chains, arrays["moved"]))[0])
 
 
 def _borne(chains: Chains, arrays: Mapping[str, jax.Array]) -> jax.Array:
-    """The forces on feet, [3, legs, lanes], of joints and what pulls at them, [joints, ...]."""
+    """Return the forces on feet, [3, legs, lanes], from joints and their torques, [joints, ...]."""
     return jnp.stack(borne(chains, _rows(chains, arrays["moved"]), _rows(chains, arrays["pull"])))
 
 

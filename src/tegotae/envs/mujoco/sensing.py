@@ -151,7 +151,7 @@ class Sensing:
         return tuple(longer if longer in self.names else plain for longer, plain in names)
 
     def observed(self, data: np.ndarray) -> np.ndarray:
-        """The observations from sensor data [..., columns], shape [..., entries]."""
+        """Return the observations from sensor data [..., columns], shape [..., entries]."""
         columns = [entry.column for entry in self.entries]
         gain = np.array([entry.gain for entry in self.entries])
         offset = np.array([entry.offset for entry in self.entries])
@@ -165,12 +165,14 @@ class Sensing:
         return np.concatenate([values, np.maximum(force[..., 2], 0.0)], axis=-1)
 
     def power(self, data: np.ndarray) -> np.ndarray:
-        """The actuators' powers of sensor data [..., columns], [W], shape [..., actuators]."""
+        """Return the actuators' powers of sensor data [..., columns], [W], shape [...,
+        actuators].
+        """
         return data[..., self.forces] * data[..., self.speeds]
 
 
 def sensing(settings: ModelSettings) -> Sensing:
-    """A model with sensors for all that a leg can feel.
+    """Add sensors for all that a leg can feel to a model.
 
     Observed are, by these names:
 
@@ -264,7 +266,7 @@ def sensing(settings: ModelSettings) -> Sensing:
 def _add(
     spec: MjSpec, name: str, kind: object, target: object, owner: str, **options: list[int]
 ) -> None:
-    """A sensor of a part of a model."""
+    """Add a sensor to a part of a model."""
     spec.add_sensor(name=_OWN + name, type=kind, objtype=target, objname=owner, **options)
 
 
@@ -285,7 +287,7 @@ def _column(model: MjModel, sensor: str) -> int:
 
 
 def _compiled(spec: MjSpec, settings: ModelSettings) -> MjModel:
-    """The model, checked and scaled."""
+    """Compile, check and scale the model."""
     mujoco = require("mujoco", "mujoco")
     model = compiled_model(spec)
     scale_model(model, settings.mass_factor, settings.friction_factor)
@@ -322,7 +324,7 @@ def is_sound(values: np.ndarray) -> np.ndarray:
 
 
 def scale_model(model: MjModel, mass: float, friction: float) -> None:
-    """Masses, inertias and sliding friction of a compiled model, multiplied."""
+    """Multiply masses, inertias and sliding friction of a compiled model."""
     model.geom_friction[:, 0] *= friction
     if mass != 1.0:
         mujoco = require("mujoco", "mujoco")

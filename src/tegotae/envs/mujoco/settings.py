@@ -105,7 +105,7 @@ class ModelSettings(Part):
             )
 
     def spec(self) -> MjSpec:
-        """The `MjSpec`, fitted and not compiled yet.
+        """Return the `MjSpec`, adapted and not yet compiled.
 
         Raises:
             TegotaeError: for a file that is no model; for something to leave out that the model
@@ -144,7 +144,9 @@ PACKAGED = {
 
 
 def _read(text: str) -> MjSpec:
-    """The `MjSpec` of an MJCF file, of its text, or of a model of this package by its name."""
+    """Return the `MjSpec` of an MJCF file, of its text, or of a model of this package by its
+    name.
+    """
     mujoco = require("mujoco", "mujoco")
     if mujoco.get_mju_user_warning() is None:
         mujoco.set_mju_user_warning(_warn)
@@ -164,13 +166,14 @@ def _read(text: str) -> MjSpec:
 
 
 def _warn(message: str) -> None:
-    """A warning of MuJoCo as one of Python, not on the terminal and in MUJOCO_LOG.TXT."""
+    """Report a warning of MuJoCo as one of Python, not on the terminal and in MUJOCO_LOG.TXT."""
     with contextlib.suppress(Warning):  # that is an error here, perhaps in a thread of MuJoCo's
         warnings.warn(f"MuJoCo: {_OCCASION.sub('', message).strip()}", stacklevel=2)
 
 
 def located(text: str) -> Path:
-    """The file of a model: a path, or `PACKAGE:FILE`, a file in the folder of an installed package.
+    """Return the file of a model: a path, or `PACKAGE:FILE`, a file in the folder of an installed
+    package.
 
     The package is not imported.
 
@@ -197,7 +200,7 @@ def located(text: str) -> Path:
 
 
 def model_files() -> dict[str, str]:
-    """The MJCF of the models that come with the package, by name."""
+    """Return the MJCF of the models that come with the package, by name."""
     folder = resources.files("tegotae.envs.mujoco") / "models"
     files = sorted(file.name for file in folder.iterdir() if file.name.endswith(".xml"))
     return {name[:-4]: (folder / name).read_text(encoding="utf-8") for name in files}
@@ -277,7 +280,7 @@ def _make_servos(spec: MjSpec, stiffness: float, damping: float) -> None:
 
 
 def _most_force(motor: MjsActuator) -> float:
-    """The largest force of a motor, before its gear; infinite if nothing limits it."""
+    """Return the largest force of a motor, before its gear; infinite if nothing limits it."""
     gain = abs(float(motor.gainprm[0]))
     limits = [scale * np.abs(ends).max() for scale, ends in
             ((gain, motor.ctrlrange), (1.0, motor.forcerange)) if np.any(ends)]  # fmt: skip

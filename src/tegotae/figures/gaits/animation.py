@@ -34,7 +34,7 @@ class LegPositions(NamedTuple):
     """Heading of the body, [frames]; None of one that does not turn."""
 
     def along_torso(self) -> LegPositions:
-        """The same as seen by someone who turns and walks with the torso.
+        """Return the pose as seen by an observer who turns and walks with the torso.
 
         The torso looks forward in every frame. Forward is how far it has come along its heading,
         so that a foot on the ground still stays where it is, but for the turning.
@@ -61,7 +61,7 @@ class LegPositions(NamedTuple):
 
 @singledispatch
 def pose(body: Body, trajectory: Trajectory) -> LegPositions:
-    """The pose of a body in every frame.
+    """Return the pose of a body in every frame.
 
     Args:
         body: the body.
@@ -122,7 +122,7 @@ _MARGIN = 0.25
 
 
 def gait_animation(run: GaitRun) -> Animation:
-    """The animation, a stride a second; without strides, of the last quarter at once.
+    """Return the animation, one stride a second; without strides, of the last quarter at once.
 
     Raises:
         TegotaeError: for a body that cannot be drawn.
@@ -133,7 +133,7 @@ def gait_animation(run: GaitRun) -> Animation:
 def moving(
     legged: Legged, trajectory: Trajectory, frames: np.ndarray, note: Callable[[int], str]
 ) -> Animation:
-    """The animation of some frames of a rollout of one lane.
+    """Return the animation of some frames of a rollout of one lane.
 
     Args:
         legged: the system.
@@ -219,13 +219,13 @@ class _View:
 
 
 def _around(hips: np.ndarray) -> np.ndarray:
-    """The hips in the order in which a line round the body meets them."""
+    """Return the hips in their order along a line around the body."""
     off = hips[:, :2] - hips[:, :2].mean(axis=0)
     return np.argsort(np.arctan2(off[:, 1], off[:, 0]), kind="stable")
 
 
 def _frames(run: GaitRun) -> np.ndarray:
-    """The recorded frames that are shown: of the last strides, evenly in time."""
+    """Return the recorded frames that are shown: of the last strides, evenly in time."""
     last = len(run.trajectory.time_s) - 1
     if np.isfinite(run.stride_s) and STRIDES * run.stride_s < last * run.timing.frame_s:
         count, back = round(STRIDES * FRAMES_PER_S), STRIDES * run.stride_s / run.timing.frame_s

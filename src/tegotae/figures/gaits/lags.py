@@ -24,7 +24,7 @@ STRIDES = 6.0
 
 @styled()
 def footfall_figure(run: GaitRun, note: str = "") -> Figure:
-    """The stances of every leg over the last strides, and their duty factors beside them.
+    """Draw the stances of every leg over the last strides, and their duty factors beside them.
 
     Args:
         run: the rollout.
@@ -58,7 +58,7 @@ def footfall_figure(run: GaitRun, note: str = "") -> Figure:
 
 @styled()
 def lags_figure(run: GaitRun, note: str = "") -> Figure:
-    """The lag of every leg behind the reference leg, averaged over strides.
+    """Draw the lag of every leg behind the reference leg, averaged over strides.
 
     A dotted line is where a lag has settled, and the vertical one when all had.
 
@@ -133,7 +133,7 @@ _OMEGA = "omega_rad_per_s"
 
 
 def _names(axes: Axes, sweep: GaitSweep, note: str) -> None:
-    """A band a direction, of the share that each gait has at each level."""
+    """Draw, as one band per direction, the share of each gait at each level."""
     shares = sweep.frame.groupby(["direction", _OMEGA])["gait"].value_counts(normalize=True)
     shares = shares.unstack(fill_value=0.0)
     looks: dict[str, Any] = {

@@ -41,7 +41,8 @@ _COMMON = 0.002
 
 @styled()
 def map_figure(gait_map: GaitMap, note: str = "") -> Figure:
-    """The gait of most starts, pale where they disagree; one lag of it; and its cost of transport.
+    """Draw the gait of most starts, pale where they disagree; one lag of it; and its cost of
+    transport.
 
     The lag is that of the next leg on the reference leg's side: of four legs the fore leg's behind
     the hind one's. Of a body that does not travel, the time to lock is in the cost's place.

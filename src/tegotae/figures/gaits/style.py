@@ -45,17 +45,17 @@ HATCHED: Any = {"edgecolor": "0.3", "lw": 0}
 
 
 def gait_colour(name: str) -> str:
-    """A gait's colour; a grey for what has no name."""
+    """Return the colour of a gait, or grey for one without a name."""
     return _GREYS[name] if name in _GREYS else _COLOURS[_ORDER[name]]
 
 
 def gait_marker(name: str) -> str:
-    """A gait's marker; a point for what has no name."""
+    """Return the marker of a gait, or a point for one without a name."""
     return "." if name in _GREYS else MARKERS[_NAMED.index(name) % len(MARKERS)]
 
 
 def by_side(legs: Sequence[str]) -> list[int]:
-    """The legs as Hildebrand stacks them, from the top: left hind to fore, right fore to hind.
+    """Return the legs in Hildebrand's order from the top: left hind to fore, right fore to hind.
 
     Example:
         >>> by_side(("LF", "RF", "LH", "RH")), by_side(("H", "F"))
@@ -81,7 +81,7 @@ _FIELDS = {
 
 
 def label(axis: Axis, legged: Legged) -> str:
-    """A parameter as it is written at an axis."""
+    """Return the label of a parameter at an axis."""
     if axis.name == OMEGA:
         return f"frequency ω [rad/{legged.units[1]}]"
     if axis.name == SIGMA:
@@ -95,7 +95,7 @@ def label(axis: Axis, legged: Legged) -> str:
 
 
 def in_words(field: str) -> str:
-    """A field of a body, as it is written in a title.
+    """Return the name of a body's field for a title.
 
     Example:
         >>> in_words("inertia_ratio"), in_words("my_field")

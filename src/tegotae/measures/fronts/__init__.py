@@ -83,13 +83,13 @@ class SpeedFront:
         return bool((np.abs(self.columns["speed"] - speed) <= NEAR).any())
 
     def nearest(self, speed: float) -> dict[str, float]:
-        """The numbers of the point nearest to a speed: its columns but for the texts."""
+        """Return the numbers of the point nearest to a speed, without its text columns."""
         k = int(np.abs(self.columns["speed"] - speed).argmin())
         return {n: float(column[k]) for n, column in self.columns.items() if n not in _TEXT}
 
 
 def front(system: str, family: str = "vanilla") -> SpeedFront:
-    """A kept front.
+    """Load a kept front.
 
     Made by `tegotae gait front`.
 
@@ -117,7 +117,7 @@ def front(system: str, family: str = "vanilla") -> SpeedFront:
 
 @cache
 def front_table(system: str) -> dict[str, np.ndarray]:
-    """All kept fronts of a system, one array [points] per column of `COLUMNS`.
+    """Return all kept fronts of a system, one array [points] per column of `COLUMNS`.
 
     Raises:
         TegotaeError: for a system without fronts.

@@ -200,7 +200,7 @@ def drift(omega: AnyArray, time_s: AnyArray, reference: int) -> jax.Array:
 
 
 def steps_to_latest(x: AnyArray) -> jax.Array:
-    """The latest defined value up to every frame, NaN before the first.
+    """Return, at every frame, the latest defined value, NaN before the first.
 
     Example:
         >>> steps_to_latest(jnp.array([jnp.nan, 1.0, jnp.nan, 2.0])).tolist()
@@ -337,7 +337,7 @@ class Sections:
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> tuple[jax.Array, jax.Array]:
-        """The lags, and those in the end, [limbs, lanes]."""
+        """Return the lags, and those at the end, [limbs, lanes]."""
         phase = jnp.asarray(trajectory.phase_rad)
         lag = lags_at_sections(phase[self.first :], self.cycles, self.reference)
         last = (phase[-1, self.reference][None] - phase[-1]) / TURN % 1.0
@@ -379,7 +379,7 @@ def lags_at_sections(phase_rad: AnyArray, cycles: int, reference: int = 0) -> ja
 
 
 def _lags_at(turns: jax.Array, reference: jax.Array, level: jax.Array) -> jax.Array:
-    """The lags where the reference leg has made so many turns, [limbs, lanes]."""
+    """Return the lags where the reference leg has made so many turns, [limbs, lanes]."""
     past = reference >= level[None]
     next_frame = jnp.argmax(past, axis=0)
     last = len(reference) - 1
@@ -400,7 +400,7 @@ def _lags_at(turns: jax.Array, reference: jax.Array, level: jax.Array) -> jax.Ar
 
 
 def _cubic(four: list[jax.Array], s: jax.Array) -> jax.Array:
-    """The cubic through values at -1, 0, 1 and 2, at s."""
+    """Return the value at s of the cubic through values at -1, 0, 1 and 2."""
     a, b, c, d = four
     return (
         -a * s * (s - 1.0) * (s - 2.0) / 6.0
@@ -418,7 +418,7 @@ class StanceInterval(NamedTuple):
 
 
 def stances(time_s: ArrayLike, stance_time_s: ArrayLike) -> tuple[tuple[StanceInterval, ...], ...]:
-    """The stances of every leg of one lane, from the total of its time in stance.
+    """Return the stances of every leg of one lane, from the total of its time in stance.
 
     Touchdown and liftoff are placed within their frames by how much of these was spent in stance.
     A stance that begins before the recording begins with it, and one that goes on ends with it.

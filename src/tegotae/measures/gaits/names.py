@@ -63,7 +63,8 @@ def names_of(forward_m: ArrayLike, left_m: ArrayLike) -> tuple[str, ...]:
 
 
 def reference_leg(names: Sequence[str]) -> int:
-    """The leg that lags are measured from: the left hind leg, or the first one without one.
+    """Return the leg from which lags are measured: the left hind leg, or the first if there is
+    none.
 
     Example:
         >>> reference_leg(("LF", "RF", "LH", "RH")), reference_leg(("H", "F"))
@@ -182,7 +183,7 @@ class Pattern:
     source: str
 
     def mirrored(self) -> Pattern:
-        """The same with left and right exchanged."""
+        """Return this pattern with left and right exchanged."""
         sides = str.maketrans("LR", "RL")
         return Pattern(
             self.name, {leg.translate(sides): lag for leg, lag in self.lags.items()}, self.source
@@ -234,7 +235,7 @@ PATTERNS: tuple[Pattern, ...] = (
 
 
 def patterns_for(legs: Sequence[str]) -> tuple[Pattern, ...]:
-    """The patterns of legs with these names, each with its mirror image.
+    """Return the patterns of legs with these names, each with its mirror image.
 
     Of legs that no pattern knows there is one: all of them in phase.
 
@@ -274,7 +275,7 @@ def distance(lag: ArrayLike, pattern: ArrayLike) -> np.ndarray:
 def nearest_pattern(
     lag: ArrayLike, legs: Sequence[str], tolerance: float = TOLERANCE
 ) -> np.ndarray:
-    """The name of the nearest pattern, or "in between", [lanes].
+    """Return the name of the nearest pattern, or "in between", [lanes].
 
     Args:
         lag: behind any leg, [limbs, lanes] [cycles]; NaN where undefined, which is in between.
@@ -300,7 +301,7 @@ def nearest_pattern(
 def _nearest(
     lag: ArrayLike, legs: Sequence[str], patterns: Sequence[Pattern], tolerance: float
 ) -> np.ndarray:
-    """The name of the nearest of some patterns, or "in between", [lanes]."""
+    """Return the name of the nearest of some patterns, or "in between", [lanes]."""
     off = np.stack([distance(lag, _row(pattern, legs)) for pattern in patterns])
     off = np.where(np.isfinite(off), off, np.inf)
     nearest = np.array([pattern.name for pattern in patterns], object)[off.argmin(axis=0)]

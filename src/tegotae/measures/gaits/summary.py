@@ -152,7 +152,8 @@ class CoordinationSummary(Part):
 
     @classmethod
     def on(cls, controller: Controller, body: Body, **settings: Any) -> Self:
-        """The summary of a controller on a body: of its oscillators, or else of its footfalls.
+        """Return the summary of a controller on a body: of its oscillators, or else of its
+        footfalls.
 
         Args:
             controller: what drives the body.
@@ -187,7 +188,7 @@ class CoordinationSummary(Part):
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> Any:
-        """The `Coordination` of every lane; more, of a kind that measures more.
+        """Return the `Coordination` of every lane, or of a subclass that measures more.
 
         Raises:
             TegotaeError: for a recording of fewer than eight frames.
@@ -209,7 +210,7 @@ def coordination(
     begins: int,
     reference: int | None = None,
 ) -> Coordination:
-    """The coordination of the legs in the end of a recording.
+    """Return the coordination of the legs at the end of a recording.
 
     Args:
         summary: how it is measured.
@@ -301,12 +302,12 @@ def has_mass(body: Body) -> bool:
 
 
 def length(parts: Sequence[jax.Array]) -> jax.Array:
-    """√(x² + y²)."""
+    """Return √(x² + y²)."""
     return jnp.sqrt(sum(part**2 for part in parts))
 
 
 def sum_over_limbs(x: AnyArray, limbs: int) -> jax.Array:
-    """The sum over the limbs of what is recorded limb by limb, [lanes].
+    """Return the sum over the limbs of what is recorded limb by limb, [lanes].
 
     Args:
         x: [limbs, lanes], or [lanes], which stays as it is.

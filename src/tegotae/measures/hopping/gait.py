@@ -76,7 +76,7 @@ class Gait:
         return f"Gait({', '.join(f'{name}={value!r}' for name, value in self.values.items())})"
 
     def lane(self, number: int = 0) -> Gait:
-        """The same of one lane, as Python's numbers."""
+        """Return the metrics of one lane as Python numbers."""
         return Gait({name: np.asarray(v)[number].item() for name, v in self.values.items()})
 
     def tree_flatten(self) -> tuple[tuple[Numeric, ...], tuple[str, ...]]:
@@ -85,7 +85,7 @@ class Gait:
 
     @classmethod
     def tree_unflatten(cls, names: tuple[str, ...], arrays: Iterable[Numeric]) -> Gait:
-        """The reverse."""
+        """Restore a gait from its arrays, the reverse of `tree_flatten`."""
         return cls(dict(zip(names, arrays, strict=True)))
 
 
@@ -100,7 +100,7 @@ def gait(
     metrics: tuple[GaitMetric, ...] | None = None,
     **settings: Any,
 ) -> Gait:
-    """The metrics of every lane's gait.
+    """Return the metrics of every lane's gait.
 
     All but T1 are measured in the undisturbed window, from the release to `undisturbed_s`, and
     there on the settled part: from the first settled apex to the window's end. CoT⁻¹ is taken over
@@ -157,7 +157,7 @@ class GaitSummary:
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> Gait:
-        """The metrics, each of shape [lanes]."""
+        """Return the metrics, each of shape [lanes]."""
         return gait(
             trajectory,
             omega=scenario.omega,
@@ -178,7 +178,8 @@ _BOUNCE = 0.01  # of the rest length a hop, which bounces that are no hops may c
 def _contradictions(
     frames: Trajectory, table: Hops, span: tuple[int, int], rest_length_m: float
 ) -> tuple[str, ...]:
-    """A sentence on every two measurements of the same that disagree, as noise makes them do.
+    """Yield a sentence for every two measurements of one quantity that contradict each other, as
+    noise makes them do.
 
     From one apex to another, the height's spectrum shows how often the body swings, which is once
     a hop, or once in a few hops of different heights; and the apexes show how much was climbed in
@@ -288,7 +289,7 @@ def measure(
     body: Body | None = None,
     **signals: ArrayLike | None,
 ) -> Measured:
-    """The metrics of one recorded gait, from a robot or another simulator.
+    """Return the metrics of one recorded gait, from a robot or another simulator.
 
     The first sample is the release. What is missing leaves undefined (NaN) what needs it, and
     `reasons` says so: the force CoT⁻¹ and smoothness, the largest force smoothness, the prescribed
@@ -403,7 +404,7 @@ def measure(
 
 
 def _hops_of(frames: Trajectory, rest_length_m: float) -> Hops:
-    """The hops of the one lane, without rows after its last."""
+    """Return the hops of the one lane, without rows after its last."""
     apex_m, ground_m = frames.apex_height_m[:, 0], frames.ground_m[:, 0]
     indices = np.flatnonzero(apex_m >= hop_height_m(rest_length_m, ground_m))
     phase_rad = frames.apex_phase_rad[indices, 0] % (2.0 * np.pi)
@@ -445,7 +446,7 @@ def _since_release(at_s: float | None, began_s: float, ended_s: float) -> float 
 
 
 def _own_totals(names: list[str]) -> list[str]:
-    """A sentence on the running totals that stand in place of what follows from samples."""
+    """Yield a sentence on the running totals that replace numbers computed from samples."""
     listed = " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
     remark = "the recording's own running totals, not computed from its samples"
     return [f"{listed}: {remark}"] if names else []

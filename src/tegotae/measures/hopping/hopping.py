@@ -24,7 +24,7 @@ such a bounce is no hop.
 
 
 def hop_height_m(rest_length_m: Numeric, ground_m: Numeric = 0.0) -> Numeric:
-    """The least height of a hop's apex, `(1 + 0.01) l0 + h` [m].
+    """Return the least height of a hop's apex, `(1 + 0.01) l0 + h` [m].
 
     Args:
         rest_length_m: rest length of the leg l0 [m].
@@ -89,12 +89,15 @@ class WholeHops(NamedTuple):
 
 
 def at_frame(recorded: AnyArray, frame: AnyArray) -> jax.Array:
-    """The values of a recording [frames, lanes] at a frame of each lane [lanes]: shape [lanes]."""
+    """Return the values [lanes] of a recording [frames, lanes] at one frame of each lane
+    [lanes].
+    """
     return jnp.take_along_axis(jnp.asarray(recorded), frame[None], axis=0)[0]
 
 
 def whole_hops(apex_height_m: AnyArray, ground_m: Numeric, rest_length_m: Numeric) -> WholeHops:
-    """The last whole hops of some frames: all of one or two, an even number of three or more.
+    """Return the last whole hops of some frames: all of one or two, an even number of three or
+    more.
 
     Args:
         apex_height_m: heights of apexes [m], NaN in frames without, shape [frames, lanes].
@@ -152,7 +155,7 @@ class Hops(NamedTuple):
 
 
 def hops(trajectory: Trajectory, rest_length_m: Numeric) -> Hops:
-    """The hops of a trajectory: flights whose apex clears the rest length by 1 % of it.
+    """Return the hops of a trajectory: flights whose apex clears the rest length by 1 % of it.
 
     Args:
         trajectory: frames of shape [frames, lanes].

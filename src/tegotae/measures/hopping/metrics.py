@@ -125,7 +125,7 @@ class Episode:
         return self.over_cycles(work_total(self.whole, self.work))
 
     def where_settled(self, value: Numeric) -> jax.Array:
-        """The value [lanes], NaN in lanes without a limit cycle."""
+        """Return the value [lanes], NaN in lanes without a limit cycle."""
         return jnp.where(self.on_cycle, value, jnp.nan)
 
     @cached_property
@@ -268,7 +268,7 @@ class DerivedMetric(Metric):
         return tuple(name for name in self.of if name != REGIME)
 
     def values(self, metrics: Mapping[str, np.ndarray], conditions: Conditions) -> np.ndarray:
-        """Its values, of those of other metrics, arrays of one shape."""
+        """Return the metric's values, from those of other metrics, arrays of one shape."""
         inputs = {name: metrics[name] for name in self.of}
         if self.needs_body and conditions.body is None:
             return np.full(np.shape(next(iter(inputs.values()))), np.nan)
@@ -281,7 +281,7 @@ def built_in_gait() -> tuple[GaitMetric, ...]:
 
 
 def channels_of(selected: Iterable[Metric]) -> tuple[str, ...]:
-    """The channels of a recording that some metrics are computed from."""
+    """Return the channels of a recording from which some metrics are computed."""
     further = (channel for m in selected if isinstance(m, GaitMetric) for channel in m.channels)
     return tuple(dict.fromkeys((*HOP_CHANNELS, *further)))
 
@@ -328,7 +328,8 @@ WORK = ("work_absolute_j", "work_positive_j", "work_net_j")
 
 
 def _over_cycles(episode: Episode, climbed_m: AnyArray) -> jax.Array:
-    """CoT⁻¹ of a running total of climbed heights [m], [frames, lanes], over whole cycles [m/J].
+    """Return CoT⁻¹ over whole cycles [m/J], from a running total of climbed heights [m], [frames,
+    lanes].
 
     Zero for a body at rest or one that does no work, and undefined without a limit cycle.
     """

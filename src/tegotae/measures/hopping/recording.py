@@ -38,7 +38,7 @@ def from_samples(
     frame_s: float = 0.02,
     **signals: ArrayLike | None,
 ) -> Trajectory:
-    """A recording of one gait as frames, in the form in which `Rollout` records its own.
+    """Return a recording of one gait as frames, in the form in which `Rollout` records its own.
 
     Touchdowns lie where the height crosses `l0 + h`, between two samples by linear interpolation.
     Every flight has one apex: its highest sample, refined by a parabola through three, which is
@@ -79,7 +79,7 @@ def from_samples(
 
 
 def checked_samples(columns: Mapping[str, ArrayLike | None], rest_length_m: float) -> Samples:
-    """The recorded columns as float64 [samples], the ground's among them.
+    """Return the recorded columns as float64 [samples], the ground's included.
 
     Raises:
         TegotaeError: for samples that `from_samples` refuses.
@@ -103,7 +103,7 @@ def checked_samples(columns: Mapping[str, ArrayLike | None], rest_length_m: floa
 
 
 def _checked(name: str, values: Any, samples: int, limit: float = _MOST) -> np.ndarray:
-    """The values as float64 [samples], all finite."""
+    """Return the values as float64 [samples], after a check that all are finite."""
     try:
         array = np.asarray(values, float)
     except (TypeError, ValueError):
@@ -128,7 +128,7 @@ def _checked(name: str, values: Any, samples: int, limit: float = _MOST) -> np.n
 
 
 def _checked_time(time_s: Any) -> np.ndarray:
-    """Increasing, uniform times [s], of which stamps of a clock may be large."""
+    """Return uniform, increasing times [s]; time stamps of a clock may be large."""
     samples = np.shape(time_s)
     if len(samples) != 1 or samples[0] < 3:
         raise TegotaeError(f"time_s has shape {samples}; it must be one row of at least 3 times")
@@ -183,7 +183,7 @@ def _check_total(name: str, total: np.ndarray) -> None:
 
 
 def step_of(samples: Samples) -> float:
-    """The sampling period [s]."""
+    """Return the sampling period [s]."""
     time = samples["time_s"]
     return (time[-1] - time[0]) / (len(time) - 1)
 
@@ -436,7 +436,9 @@ def _check_cutoff(cutoff_hz: float, step_s: float, samples: int) -> None:
 def _low_passed(
     samples: np.ndarray, step_s: float, cutoff_hz: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The samples without what is faster; angular frequencies [rad/s], and the gain at each."""
+    """Return the samples without higher frequencies; the angular frequencies [rad/s], and the gain
+    at each.
+    """
     from scipy.signal import butter, sosfiltfilt, sosfreqz  # slow to import
 
     sections = butter(_BUTTERWORTH, cutoff_hz, fs=1.0 / step_s, output="sos")
@@ -512,7 +514,7 @@ def denoised(
     work: str,
     lowpass_hz: float | None = None,
 ) -> Denoised:
-    """The recording after a zero-phase low-pass of height and phase, if they hold noise.
+    """Filter height and phase by a zero-phase low-pass if they hold noise.
 
     The height's cutoff is the one given, or that of least expected error (`cleaned`), and one
     and a half times that for the work. The force is not filtered, so that it keeps its jumps. Noise
@@ -582,7 +584,7 @@ def denoised(
 
 
 def _rounded_up(value: float) -> float:
-    """The next round number."""
+    """Return the next larger round number."""
     if value <= 0.0:
         return 0.0
     decade = 10.0 ** math.floor(math.log10(value))
@@ -607,5 +609,5 @@ def _on_height(signal: Cleaned) -> tuple[str, ...]:
 
 
 def _short(value: float) -> str:
-    """Two digits of a number, never as a power of ten."""
+    """Return a number in two digits, never as a power of ten."""
     return f"{float(f'{value:.2g}'):g}"

@@ -141,7 +141,7 @@ def _parabola_shift(lower: jax.Array, centre: jax.Array, upper: jax.Array) -> ja
 
 
 def delta_omega(omega: Numeric, w_peak: Numeric, a_peak: Numeric) -> Numeric:
-    """`ΔΩ = -(ω - w_peak)² - (1 - A_peak)²` (paper equation 13), zero at best.
+    """Return `ΔΩ = -(ω - w_peak)² - (1 - A_peak)²` (paper equation 13), zero at best.
 
     Args:
         omega: prescribed frequency ω [rad/s].
@@ -156,12 +156,13 @@ def delta_omega(omega: Numeric, w_peak: Numeric, a_peak: Numeric) -> Numeric:
 
 
 def rest_delta_omega(omega: Numeric) -> Numeric:
-    """ΔΩ of a body at rest, which has no peak: w_peak = 0 and A_peak = 0, so `-ω² - 1`."""
+    """Return ΔΩ of a body at rest, which has no peak: w_peak = 0 and A_peak = 0, so `-ω² - 1`."""
     return delta_omega(omega, 0.0, 0.0)
 
 
 def delta_w(spectrum: Spectrum, omega: Numeric) -> jax.Array:
-    """`Δw = Σ_p |w_p - ω| A_p` over the peaks p with `A_p >= ½ A_max` [rad/s] (paper equation 14).
+    """Return `Δw = Σ_p |w_p - ω| A_p` over the peaks p with `A_p >= ½ A_max` [rad/s] (paper
+    equation 14).
 
     Every local maximum of the spectrum |Y| is a peak. The highest has the amplitude A_peak
     (`peak`), and the others in proportion to their height, `A_p = A_peak |Y_p| / |Y_peak|`.
@@ -212,7 +213,7 @@ def require_measurable(tick_s: float) -> None:
 def smoothness(
     impulse_ns: AnyArray, max_force_n: Numeric, frame_s: float, start_s: Numeric
 ) -> jax.Array:
-    """Root-mean-square rate of change of the actuator force over its largest value [1/s].
+    """Return root-mean-square rate of change of the actuator force over its largest value [1/s].
 
         smoothness = rms( (F̄_{j+1} - F̄_j) / Δt ) / α,    Δt = 20 ms,
 

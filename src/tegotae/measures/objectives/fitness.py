@@ -84,7 +84,7 @@ class _SettledHops(Objective):
             )
 
     def without_frequency(self) -> Self:
-        """The same without ΔΩ."""
+        """Return this fitness without ΔΩ."""
         return dataclasses.replace(self, follow_omega=False)  # type: ignore[type-var]
 
 
@@ -146,7 +146,7 @@ class Fitness(_SettledHops):
     def outcome(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> HopOutcome:
-        """CoT⁻¹ by every definition of work, ΔΩ and the climb of every lane."""
+        """Return CoT⁻¹ by every definition of work, ΔΩ and the climb of every lane."""
         first = round(self.settle_s / timing.frame_s)
         hops = whole_hops(
             trajectory.apex_height_m[first:], trajectory.ground_m[first:], body.rest_length_m
@@ -172,7 +172,7 @@ class Fitness(_SettledHops):
         )
 
     def score(self, outcome: HopOutcome, data: FitnessData) -> dict[str, jax.Array]:
-        """`fitness`, `cot_inverse` [m/J] and `delta_omega`, [lanes] each."""
+        """Return `fitness`, `cot_inverse` [m/J] and `delta_omega`, [lanes] each."""
         shares = jnp.asarray(data.definition, outcome.cot_inverse.dtype)
         cot = (shares[:, None] * outcome.cot_inverse).sum(axis=0)
         # A failed lane may hold anything; what is not asked for must not spoil what is.
@@ -217,7 +217,7 @@ class HoppingLegs(_SettledHops):
     def outcome(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> HopOutcome:
-        """CoT⁻¹ of all legs together, [lanes], the mean ΔΩ, and what the middle climbs."""
+        """Return CoT⁻¹ of all legs together, [lanes], the mean ΔΩ, and the climb of the middle."""
         t = trajectory
         first = round(self.settle_s / timing.frame_s)
         hips, ground = t.hip_m[first:], t.ground_m[first:, None]
@@ -235,7 +235,7 @@ class HoppingLegs(_SettledHops):
         return HopOutcome(cot, gap, t.climb_m[-1])
 
     def score(self, outcome: HopOutcome, data: object) -> dict[str, jax.Array]:
-        """`fitness`, `cot_inverse` [m/J] and `delta_omega`, [lanes] each."""
+        """Return `fitness`, `cot_inverse` [m/J] and `delta_omega`, [lanes] each."""
         cot, gap, climb_m = outcome
         fitness = cot + gap + TIE_BREAK * jnp.tanh(climb_m)
         return {"fitness": fitness, "cot_inverse": cot, "delta_omega": gap}
@@ -260,6 +260,6 @@ def climb_in_flight(hips_m: jax.Array, rest_m: Numeric) -> jax.Array:
 
 
 def _gap(height_m: AnyArray, moves_m: AnyArray, omega: Numeric, frame_s: float) -> jax.Array:
-    """ΔΩ of heights at every `STRIDE`-th frame [m], of which some hardly move, [lanes]."""
+    """Return ΔΩ of heights at every `STRIDE`-th frame [m], of which some hardly move, [lanes]."""
     gap = delta_omega(omega, *peak(spectrum(height_m, STRIDE * frame_s)))
     return jnp.where(moves_m < REST_RANGE_M, rest_delta_omega(omega), gap)

@@ -70,7 +70,7 @@ class Objective(Part, ABC):
         """
 
     def score(self, outcome: Any, data: Any) -> dict[str, jax.Array]:
-        """The fitness and its parts, each of shape [lanes]: the larger, the better.
+        """Return the fitness and its parts, each of shape [lanes]; larger is better.
 
         Args:
             outcome: of the episode, from `outcome`.
@@ -103,13 +103,13 @@ class Objective(Part, ABC):
         """
 
     def without_frequency(self) -> Objective:
-        """The same for what has no prescribed frequency."""
+        """Return this objective for a body without a prescribed frequency."""
         return self
 
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> dict[str, jax.Array]:
-        """The scores of every episode (`scores`), [lanes]: a `Rollout`'s summary."""
+        """Return the scores of every episode (`scores`), [lanes], as the summary of a `Rollout`."""
         episode = EpisodeSummary(self)(trajectory, scenario, body, timing)
         return scores(self, episode, self.data)
 
@@ -143,7 +143,7 @@ class EpisodeSummary:
     def __call__(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> EpisodeOutcome:
-        """The outcome of every lane."""
+        """Return the outcome of every lane."""
         return EpisodeOutcome(
             outcome=self.objective.outcome(trajectory, scenario, body, timing),
             survived=jnp.mean(jnp.where(trajectory.failed, 0.0, 1.0), axis=0),
@@ -152,7 +152,7 @@ class EpisodeSummary:
 
 
 def scores(objective: Objective, episode: EpisodeOutcome, data: Any) -> dict[str, jax.Array]:
-    """`Objective.score` of episodes, with those that failed below all others, [lanes] each.
+    """Return `Objective.score` of episodes, failed ones below all others, [lanes] each.
 
     Args:
         objective: the objective.

@@ -126,7 +126,7 @@ class Walking(_SettledWalk):
         return WalkingData(np.float32(self.speed_m_per_s), np.float32(self.tracking))
 
     def score(self, outcome: WalkOutcome, data: WalkingData) -> dict[str, jax.Array]:
-        """`fitness` and `cot_inverse`, [lanes] each."""
+        """Return `fitness` and `cot_inverse`, [lanes] each."""
         off = jnp.abs(outcome.speed_m_per_s / data.speed_m_per_s - 1.0)
         fitness = outcome.cot_inverse - data.tracking * off
         return {"fitness": fitness, "cot_inverse": outcome.cot_inverse}
@@ -229,7 +229,9 @@ class CommandedWalking(_SettledWalk):
         )
 
     def score(self, outcome: WalkOutcome, data: CommandedData) -> dict[str, jax.Array]:
-        """`fitness`, `cot_inverse` and `gain`, CoT⁻¹ over that of the front, [lanes] each."""
+        """Return `fitness`, `cot_inverse` and `gain`, CoT⁻¹ over that of the front, [lanes]
+        each.
+        """
         speed = outcome.speed_m_per_s
         gain = outcome.cot_inverse * jnp.interp(speed, data.speeds_m_per_s, data.costs)
         off = jnp.abs(speed / (data.advance_m_per_rad * outcome.omega) - 1.0)
@@ -238,7 +240,7 @@ class CommandedWalking(_SettledWalk):
 
 
 def log_gain(gain: AnyArray) -> jax.Array:
-    """The logarithm of a gain, below a quarter its tangent there.
+    """Return the logarithm of a gain; below a quarter, its tangent there.
 
     Args:
         gain: CoT⁻¹ over that of the front; what is beyond twentyfold counts as that.

@@ -27,12 +27,14 @@ class Curve:
         return self.columns[name]
 
     def interpolate(self, name: str, omega: ArrayLike) -> np.ndarray:
-        """A column at hop frequencies ω [rad/s], linear between rows; NaN outside of the table."""
+        """Interpolate a column at hop frequencies ω [rad/s], linearly between rows; NaN outside of
+        the table.
+        """
         row, values = self.columns["omega"], self.columns[name]
         return np.interp(np.asarray(omega, float), row, values, left=np.nan, right=np.nan)
 
     def bound(self, name: str, omega: ArrayLike) -> np.ndarray:
-        """An upper bound at hop frequencies ω [rad/s]: that of the next row below.
+        """Return an upper bound at hop frequencies ω [rad/s]: that of the next row below.
 
         It holds for faster hops too (`certify`). NaN for slower hops than the table's.
         """
@@ -42,7 +44,7 @@ class Curve:
 
 @cache
 def curve() -> Curve:
-    """The kept table of the default hopper, for the default definition of work.
+    """Return the kept table of the default hopper, for the default definition of work.
 
     Made and proved in a clone by `python -m research.reproduction optimum-table`. Its columns:
 
@@ -79,7 +81,8 @@ def has_table(body: object, work: str = "absolute") -> bool:
 
 
 def share(cot_inverse: ArrayLike, hop_rate: ArrayLike, period: ArrayLike = 1) -> np.ndarray:
-    """CoT⁻¹ over the largest possible at the gait's own hop frequency, for the default hopper.
+    """Return CoT⁻¹ over the largest possible one at the gait's own hop frequency, for the default
+    hopper.
 
     A gait of period 1 is held against the best of period 1. One of a longer period is held against
     the upper bound over all periods at its mean hop frequency: its share is at least this. What was

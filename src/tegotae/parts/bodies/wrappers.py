@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 
 def _of_state(method: str) -> Any:
-    """A method of a wrapper that is the same method of the body within, of that body's state."""
+    """Forward a method of a wrapper to the body within, with that body's state."""
 
     def call(self: BodyWrapper, state: StateTree, *ground_m: PerLane) -> Any:
         """Delegate to the wrapped body."""
@@ -417,7 +417,7 @@ class Blows(BodyWrapper):
         return BlowsState(state, zero)
 
     def before(self, state: BlowsState, tick_s: Scalar) -> BlowsState:
-        """The body is struck, or not."""
+        """Strike the body if the blow is due."""
         strikes = state.tick == jnp.ceil(self.at_s / tick_s - 1e-3)
         impulse = jnp.where(strikes, self.impulse_ns, 0.0)
         return BlowsState(self.body.apply_impulse(state.body, impulse), state.tick + 1.0)

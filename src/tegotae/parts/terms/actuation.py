@@ -243,7 +243,7 @@ def with_vanilla_settings(
     duration_s: float | None = None,
     newtons_per_feedback: float | None = None,
 ) -> Actuation:
-    """An actuation with other numbers of its sector and reflex; a learned one has none.
+    """Return an actuation with other numbers of its sector and reflex; a learned one has none.
 
     Args:
         actuation: as it is.

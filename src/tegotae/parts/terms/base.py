@@ -42,13 +42,13 @@ class Signals:
         return self.values[name]
 
     def dimensionless(self, name: str) -> PerLimb:
-        """The quantity over its scale, as a network sees it."""
+        """Return the quantity over its scale, the input of a network."""
         value, scale = self.values[name], self.scales.get(name, 1.0)
         # A scale may be one a lane.
         return value / (jnp.broadcast_to(scale, value.shape) if jnp.ndim(scale) else scale)
 
     def adding(self, scale: Number | None = None, **values: PerLimb) -> Signals:
-        """The same signals and some more; `scale` belongs to each of the added ones."""
+        """Return the same signals and some more; `scale` belongs to each of the added ones."""
         scales = self.scales if scale is None else {**self.scales, **dict.fromkeys(values, scale)}
         return Signals({**self.values, **values}, scales)
 

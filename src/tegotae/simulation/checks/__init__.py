@@ -66,7 +66,7 @@ def _check_term(term: Term) -> None:
 
 
 def _check_weights(trial: PartTrial, part: Term | Oscillator) -> jax.Array:
-    """The weights that training starts from."""
+    """Return the weights that training starts from."""
     count = part.n_weights
     trial.require(
         is_of(count, int) and not isinstance(count, bool) and count >= 0,
@@ -175,7 +175,7 @@ _Rate = Callable[[StateTree, PerLimb, PerLimb], StateTree]
 
 
 def _rate_of(oscillator: Oscillator, initial: jax.Array) -> _Rate:
-    """Its rate as the integrators call it: with weights if it has some."""
+    """Return its rate as the integrators call it, with weights if it has some."""
 
     def rate(state: StateTree, omega: PerLimb, feedback: PerLimb) -> StateTree:
         weights = tuple(jnp.full((LANES,), weight, omega.dtype) for weight in initial)

@@ -68,7 +68,7 @@ def check_body(body: Body) -> None:
 
 @cache
 def _method(name: str) -> Callable[..., StateTree]:
-    """A body's method as a function of the body, which is traced as in a rollout.
+    """Return a body's method as a function of the body, which is traced as in a rollout.
 
     The same function for every trial of it, so that it is compiled once.
     """
@@ -104,12 +104,12 @@ class _BodyTrial(PartTrial):
         return _command(self.body, 0.5, self.ground)
 
     def call(self, method: str, *args: object) -> StateTree:
-        """The result of a method of the body."""
+        """Return the result of a method of the body."""
         return self.attempt(f".{method}", _method(method), self.body, *args)
 
 
 def _command(body: Body, share: Number, like: jax.Array) -> jax.Array:
-    """A share of the largest force; or feet that are commanded to places, a little from rest."""
+    """Return a command: a share of the largest force, or places of feet slightly off their rest."""
     force = body.COMMANDS == FORCE
     size = body.max_force_n if force else 0.1 * jnp.asarray(body.rest_length_m)
     of_body = share * jnp.asarray(size, like.dtype) + 0.0 * like
@@ -204,7 +204,9 @@ def _check_advance(trial: _BodyTrial) -> None:
 
 
 def _check_small_ticks(trial: _BodyTrial) -> None:
-    """`predict` and the velocity must agree with `advance` the better the shorter the tick."""
+    """Require that `predict` and the velocity agree with `advance` the better the shorter the
+    tick.
+    """
     body, ground, force = trial.body, trial.ground, trial.force
     released = trial.call("commanded", trial.state, force)
 

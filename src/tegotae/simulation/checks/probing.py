@@ -98,7 +98,9 @@ class PartTrial:
         self.require(actual == names, f"{label} {are}: they must be the same")
 
     def attempt(self, label: str, function: Callable[..., T], *args: object) -> T:
-        """The function's result inside a compiled program; it must not need a value in Python."""
+        """Return a function's result inside a compiled program; it must not need a value in
+        Python.
+        """
         try:
             return jit(function)(*args)
         except TegotaeError:
@@ -181,7 +183,9 @@ class PartTrial:
     def value(
         self, label: str, function: Callable[..., T], *args: object, dtype: str | None = None
     ) -> T:
-        """The function's result: arrays as they must be, of which each lane is by itself."""
+        """Return a function's result after checks: right arrays, whose lanes do not depend on each
+        other.
+        """
         result = self.attempt(label, function, *args)
         self.arrays(label, result, dtype=dtype)
         self.independent(label, function, *args)
@@ -201,7 +205,7 @@ class PartTrial:
 
 
 def listed(array: npt.ArrayLike | jax.Array) -> str:
-    """An array's values in one line."""
+    """Return an array's values in one line."""
     return ", ".join(f"{x:.5g}" for x in np.ravel(array))
 
 

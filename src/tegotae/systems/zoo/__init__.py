@@ -46,7 +46,7 @@ class ZooHeader(msgspec.Struct):
 
 
 def open_zoo(path: Path) -> Zoo:
-    """The file of trained controllers at a place, read once.
+    """Open the file of trained controllers at a place, which is read once.
 
     Raises:
         TegotaeError: if there is none, or it is damaged, of a later version, or not ours.
@@ -91,8 +91,9 @@ class Zoo:
         return {name: self._index[name][rows] for name in _OF_RUNS} | metrics
 
     def best(self, model: str) -> int:
-        """The run that the study's selection prefers; without one (`SELECTION`), that with the best
-        training fitness. The first of equals."""
+        """Return the run that the study's selection prefers; without one (`SELECTION`), that with
+        the best training fitness. The first of equals.
+        """
         runs = self.runs(model)
         merit = runs.get(SELECTION, runs["fitness"])
         if np.isnan(merit).all():
@@ -100,7 +101,7 @@ class Zoo:
         return int(np.argmax(np.where(np.isnan(merit), -np.inf, merit)))
 
     def document(self, model: str, run: int) -> JsonObject:
-        """A run's controller file as JSON values.
+        """Return a run's controller file as JSON values.
 
         Its `training` says of the run: study, run, seed, best_fitness, generations, ended, and the
         evaluation's metrics, null where undefined.
@@ -140,7 +141,7 @@ class Zoo:
             raise self._damaged(str(error)) from None
 
     def weights(self, model: str) -> np.ndarray:
-        """The weights of a model's runs, [runs, n_weights].
+        """Return the weights of a model's runs, [runs, n_weights].
 
         Raises:
             TegotaeError: if the file is damaged.
@@ -215,7 +216,7 @@ class ZooName:
 
     @classmethod
     def parse(cls, name: str) -> ZooName:
-        """The parts of a name, with or without `zoo:` before it.
+        """Parse a name into its parts, with or without `zoo:` before it.
 
         Example:
             >>> ZooName.parse("zoo:ART-rF-tphif-w8/3")
@@ -260,14 +261,14 @@ def stem(name: str) -> str:
 
 
 def studies() -> tuple[Zoo, ...]:
-    """The studies that come with the package, in the order in which a model is looked for."""
+    """Return the studies that come with the package, in the order in which a model is searched."""
     files = {file.stem: file for file in sorted(FOLDER.glob(f"*{SUFFIX}"))}
     core, paper = files.pop(CORE, None), files.pop(DEFAULT, None)
     return tuple(map(open_zoo, [*filter(None, [paper or core]), *files.values()]))
 
 
 def unknown_trained(kind: str, name: str, names: Iterable[str]) -> TegotaeError:
-    """The error for a name that no study has, with where there are more.
+    """Return the error for a name that no study has, with the places that have more names.
 
     Args:
         kind: what is named, such as "model of the zoo".
@@ -279,7 +280,7 @@ def unknown_trained(kind: str, name: str, names: Iterable[str]) -> TegotaeError:
 
 
 def study_of(name: str) -> Zoo:
-    """The study of this name, or in this file.
+    """Return the study of this name, or in this file.
 
     Raises:
         TegotaeError: if there is none, or its file is damaged.
@@ -293,7 +294,7 @@ def study_of(name: str) -> Zoo:
 
 
 def zoo_names() -> tuple[str, ...]:
-    """A name for every model in the package's studies; that of its best run."""
+    """Return a name for every model in the package's studies, which means its best run."""
     listed: dict[str, None] = {}
     for zoo in studies():
         for model in zoo.models:
@@ -303,8 +304,8 @@ def zoo_names() -> tuple[str, ...]:
 
 
 def documents(name: str) -> tuple[tuple[str, JsonObject], ...]:
-    """The documents of the controllers of a name, as controller files hold them, each with the
-    name that stands for it alone.
+    """Return the documents of the controllers of a name in the form of controller files, each with
+    its unique name.
 
     Raises:
         TegotaeError: for a study, a model or a run that is not there, with the nearest names; or a
@@ -329,7 +330,7 @@ def documents(name: str) -> tuple[tuple[str, JsonObject], ...]:
 
 
 def _place(parts: ZooName) -> tuple[Zoo, str]:
-    """The study, and the model's name there."""
+    """Return the study, and the model's name there."""
     archives = (study_of(parts.study),) if parts.study else studies()
     model = _plainest(parts.model)
     for zoo in archives:
@@ -345,7 +346,7 @@ def _place(parts: ZooName) -> tuple[Zoo, str]:
 
 
 def _plainest(name: str) -> str:
-    """The full name of what may be a model's short one."""
+    """Return the full name of a model from a possible short one."""
     try:
         return recipe(name).name
     except TegotaeError:

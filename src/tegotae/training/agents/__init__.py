@@ -76,7 +76,7 @@ class AgentSettings(Part):
         object.__setattr__(self, "critic_layers", tuple(self.critic_layers))
 
     def make(self, env: VecEnv, feedback: Feedback, seed: int) -> BaseAlgorithm:
-        """The Stable-Baselines3 agent, not yet trained.
+        """Make the Stable-Baselines3 agent, untrained.
 
         Args:
             env: a vector of environments whose action is the feedback.
@@ -128,7 +128,7 @@ class SACSettings(AgentSettings):
             )
 
     def make(self, env: VecEnv, feedback: Feedback, seed: int) -> BaseAlgorithm:
-        """SB3's SAC, its actor the feedback law."""
+        """Make SB3's SAC with the feedback law as its actor."""
         from tegotae.training.agents.actor import make_sac
 
         return make_sac(self, env, feedback, seed)
@@ -176,14 +176,15 @@ class PPOSettings(AgentSettings):
             )
 
     def make(self, env: VecEnv, feedback: Feedback, seed: int) -> BaseAlgorithm:
-        """SB3's PPO, its actor the feedback law."""
+        """Make SB3's PPO with the feedback law as its actor."""
         from tegotae.training.agents.actor import make_ppo
 
         return make_ppo(self, env, feedback, seed)
 
 
 def agent_controller(experiment: Trainable, settings: AgentSettings) -> Controller:
-    """An experiment's controller as an agent's deterministic policy, `f = L tanh(G A′ R / L)`.
+    """Return an experiment's controller as an agent's deterministic policy, `f = L tanh(G A′ R /
+    L)`.
 
     It has the weights of the experiment's own controller; only its feedback saturates at the
     settings' L, for an agent's action is bounded.

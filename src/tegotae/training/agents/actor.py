@@ -92,7 +92,9 @@ class TermModule(nn.Module):
 
 
 def _network(module: TermModule, x: torch.Tensor) -> torch.Tensor:
-    """`Σ_j v_j tanh(Σ_i w_ji x_i + b_j)`; neuron j owns a run of weights w_j1 … w_jn, b_j, v_j."""
+    """Return `Σ_j v_j tanh(Σ_i w_ji x_i + b_j)`; neuron j owns a run of weights w_j1 … w_jn, b_j,
+    v_j.
+    """
     n = len(module.columns)
     table = module.weights.view(-1, n + 2)
     return torch.tanh(x @ table[:, :n].T + table[:, n]) @ table[:, n + 1]
@@ -196,13 +198,13 @@ class Feedback(nn.Module):
         return (gain * action * reaction / self.limit).reshape(-1, self.limbs)
 
     def flat(self) -> np.ndarray:
-        """The controller's weights, float32 [n_weights]."""
+        """Return the controller's weights, float32 [n_weights]."""
         parts = [term.weights.detach().cpu().numpy() for term in self.terms]  # type: ignore[union-attr]
         return np.concatenate(parts)
 
 
 def _taken_by(algorithm: type[BaseAlgorithm], settings: AgentSettings) -> dict[str, Any]:
-    """The settings that Stable-Baselines3 calls the same."""
+    """Return the settings that have the same name in Stable-Baselines3."""
     names = signature(algorithm).parameters
     return {name: value for name, value in vars(settings).items() if name in names}
 
@@ -226,7 +228,7 @@ class FeedbackPPOPolicy(ActorCriticPolicy):
 
 
 def make_ppo(settings: PPOSettings, env: VecEnv, feedback: Feedback, seed: int) -> PPO:
-    """The agent, not yet trained."""
+    """Make the agent, untrained."""
     return PPO(
         FeedbackPPOPolicy,
         env,
@@ -262,7 +264,7 @@ class FeedbackSACPolicy(SACPolicy):
         super().__init__(*args, **options)
 
     def make_actor(self, features_extractor: BaseFeaturesExtractor | None = None) -> Actor:
-        """SB3's actor with the feedback law in the place of its network."""
+        """Make SB3's actor with the feedback law in place of its network."""
         actor = super().make_actor(features_extractor)
         feedback, noise = self._parts
         actor.mu = feedback  # type: ignore[assignment]
@@ -271,7 +273,7 @@ class FeedbackSACPolicy(SACPolicy):
 
 
 def make_sac(settings: SACSettings, env: VecEnv, feedback: Feedback, seed: int) -> SAC:
-    """The agent, not yet trained."""
+    """Make the agent, untrained."""
     options = _taken_by(SAC, settings)
     options |= {"target_entropy": settings.target_entropy * feedback.limbs}
     return SAC(

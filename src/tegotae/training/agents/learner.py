@@ -53,7 +53,7 @@ class AgentLearner(SeedLearner):
         return versions_of("stable-baselines3", "torch", "gymnasium")
 
     def engine(self, experiment: Trainable) -> str:
-        """XLA's: an agent acts within every episode, tick by tick."""
+        """Return XLA's engine: an agent acts within every episode, tick by tick."""
         return XLA
 
     def check(self, run: TrainingTask) -> None:

@@ -28,7 +28,7 @@ from tegotae.training.trainable import Trainable
 
 
 def agent_task(experiment: Trainable, settings: AgentSettings) -> AgentTask:
-    """An experiment as an agent learns it.
+    """Return an experiment as an agent learns it.
 
     On the engine the deterministic policy is judged by the experiment's objective without ΔΩ, in an
     undisturbed episode; its control period is the experiment's, that of the learning is the
@@ -65,7 +65,7 @@ def agent_task(experiment: Trainable, settings: AgentSettings) -> AgentTask:
 
 
 def hopper_settings(experiment: Experiment, settings: AgentSettings) -> TegotaeHopperSettings:
-    """The environment in which an agent learns an experiment of the engine."""
+    """Return the environment in which an agent learns an experiment of the engine."""
     controller = agent_controller(experiment, settings)
     assert controller.oscillator is not None
     assert experiment.omega is not None
@@ -98,7 +98,7 @@ class DivergedError(TegotaeError):
 def make_agent(
     task: AgentTask, *, seed: int, weights: np.ndarray | None = None
 ) -> tuple[BaseAlgorithm, Feedback]:
-    """The Stable-Baselines3 agent, not yet trained, and the part of it that is the policy.
+    """Make the Stable-Baselines3 agent, untrained, and return it with the part that is the policy.
 
     Args:
         task: what and how.

@@ -29,7 +29,7 @@ from tegotae.training.environments.rollouts import EnvRollouts, environment_lane
 
 
 def task_on_environment(experiment: EnvExperiment, settings: AgentSettings) -> AgentTask:
-    """An experiment on an environment as an agent learns it.
+    """Return an experiment on an environment as an agent learns it.
 
     The agent has the experiment's episodes: the same environment, starts and frequencies, of which
     every limb observes its phase and what its controller reads. What it is paid adds up to the
@@ -111,7 +111,9 @@ class LimbVecEnv(LaneVecEnv):
         super().__init__(lanes, Box(-np.inf, np.inf, (width,)), Box(-1.0, 1.0, (wires.limbs,)))
 
     def reset(self) -> np.ndarray:
-        """An episode in every lane: the first in the first, the second in the second and so on."""
+        """Begin an episode in every lane: the first in the first, the second in the second and so
+        on.
+        """
         self._episode = np.arange(self.num_envs) % self._own.episodes - 1
         self._begun = np.zeros(self.num_envs, int)
         self._length, self._return = np.zeros(self.num_envs, int), np.zeros(self.num_envs)
@@ -120,7 +122,7 @@ class LimbVecEnv(LaneVecEnv):
         return self._observations()
 
     def _begin(self, where: np.ndarray) -> None:
-        """The next episode of some lanes."""
+        """Begin the next episode of some lanes."""
         experiment = self._own
         self._episode = np.where(where, (self._episode + 1) % experiment.episodes, self._episode)
         seeds = np.zeros(self.num_envs, np.int64)
@@ -152,7 +154,7 @@ class LimbVecEnv(LaneVecEnv):
                 )
 
     def _observations(self) -> np.ndarray:
-        """[lanes, columns], limb by limb."""
+        """Return the observations, [lanes, columns], limb by limb."""
         phase, observation = self._pilot.phase, self._seen
         columns = [np.sin(phase), np.cos(phase)]
         for name, (index, sign) in self._wires.sensed.items():
@@ -220,7 +222,7 @@ class StepReward:
     def of_step(
         self, observation: np.ndarray, action: np.ndarray, paid: np.ndarray, alive: np.ndarray
     ) -> np.ndarray:
-        """The rewards of a step of the environment, [lanes].
+        """Return the rewards of a step of the environment, [lanes].
 
         Args:
             observation: what is observed after it, [lanes, entries].
@@ -342,7 +344,7 @@ class OnceAtTheEnd(StepReward):
 def _step_reward(
     experiment: EnvExperiment, settings: AgentSettings, steps: int, pilot: Pilot
 ) -> StepReward:
-    """The rewards of an agent's lanes, for an experiment's objective.
+    """Return the rewards of an agent's lanes, for an experiment's objective.
 
     Args:
         experiment: what is learned.

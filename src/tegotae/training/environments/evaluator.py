@@ -91,7 +91,7 @@ class EnvEvaluator(Evaluator):
         return np.add.reduceat(values, [0], axis=-1)[..., 0] / values.shape[-1]
 
     def _tried(self, weights: np.ndarray, starts: np.ndarray, limit: int) -> Trials:
-        """All of them, some at a time; always as many lanes, so that arithmetic is the same."""
+        """Evaluate all lanes in groups of a fixed size, so that arithmetic is the same."""
         lanes = min(_LANES, -(-limit // max(1, self._workers)))
         if self._runner is None:
             self._runner = (
@@ -208,7 +208,7 @@ class WorkerPool:
         return Trials.joined([job.trials for job in jobs if job.trials is not None])
 
     def _answering(self) -> list[tuple[_EnvWorker, Job]]:
-        """The workers that have an answer, are dead, or hang, and what they were given."""
+        """Return the workers that have answered, died or hang, with their tasks."""
         busy = [(worker, worker.job) for worker in self._workers if worker.job is not None]
         ready = wait([worker.link for worker, _ in busy], timeout=0.2)
         return [(worker, job) for worker, job in busy if worker.link in ready or worker.hangs()]
@@ -257,7 +257,7 @@ class _EnvWorker:
         return self._hung
 
     def answer(self) -> Trials | TegotaeError | tuple[int, str]:
-        """Its scores, its error, or the lane at which it ended and how."""
+        """Return a worker's scores, its error, or the lane at which it ended and how."""
         if self._hung:
             return self._beat[0], f"a step of it took longer than {self._limit_s:g} s"
         try:

@@ -206,7 +206,7 @@ class EnvExperiment(Part):
 
     @classmethod
     def from_controller(cls, saved: SavedController | ControllerSet) -> EnvExperiment:
-        """The experiment in which a saved controller, or the runs of a set, were trained.
+        """Return the experiment in which a saved controller, or the runs of a set, were trained.
 
         Raises:
             TegotaeError: for a controller that was not trained on an environment, or whose task
@@ -269,7 +269,7 @@ class EnvExperiment(Part):
         self.objective.check(self.wiring, self.duration_s)
 
     def wiring_in(self, episode: int) -> Wiring:
-        """The wiring of an episode, at the frequency that it has."""
+        """Return the wiring of an episode, at the episode's frequency."""
         if not self.omegas:
             return self.wiring
         return dataclasses.replace(self.wiring, omega=self.omegas[episode % len(self.omegas)])

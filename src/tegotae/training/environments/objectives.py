@@ -59,11 +59,11 @@ class EpisodeBatch:
         return self.ended / self.steps
 
     def entry(self, name: str) -> np.ndarray:
-        """The observation's entry of that name, [steps, lanes]."""
+        """Return the observation's entry of that name, [steps, lanes]."""
         return self.observation[:, :, self.names.index(name)]
 
     def episode(self, lane: int) -> EnvEpisode:
-        """A lane's own."""
+        """Return one lane's episode."""
         last = int(self.ended[lane])
         return EnvEpisode(
             time_s=self.step_s * np.arange(1, last + 1),
@@ -239,7 +239,7 @@ class UserObjective(EnvObjective):
         return source_of(self.function)
 
     def entries(self, wiring: Wiring) -> None:
-        """All."""
+        """Return all entries of the observation."""
 
     def check(self, wiring: Wiring, duration_s: float) -> None:
         """Raise `TegotaeError` if there is no such function."""
@@ -271,7 +271,8 @@ class UserObjective(EnvObjective):
 
 
 def env_objective_named(name: str, **settings: Any) -> EnvObjective:
-    """An objective by its name on the command line: `hopping`, `return`, or a function's reference.
+    """Return an objective by its name on the command line: `hopping`, `return`, or a function's
+    reference.
 
     Raises:
         TegotaeError: for another name.

@@ -120,7 +120,9 @@ def _measurable(experiment: EnvExperiment, episode: EnvEpisode, fitness: float) 
 
 
 def lasting(experiment: EnvExperiment, duration_s: float | None) -> EnvExperiment:
-    """The same in episodes of another length, of which the same share is left to settle."""
+    """Return the same experiment with episodes of another length, of which the same share is left
+    to settle.
+    """
     if duration_s is None:
         return experiment
     objective = experiment.objective

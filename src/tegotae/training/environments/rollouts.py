@@ -78,7 +78,7 @@ class GymLanes:
     def step(
         self, actions: np.ndarray, alive: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Every lane that is alive one step on; the others stand still.
+        """Advance every living lane by a step; the others stand still.
 
         Args:
             actions: [lanes, entries].
@@ -111,7 +111,7 @@ class GymLanes:
         return self._seen.copy(), rewards, over
 
     def _guarded(self, lane: int, act: Callable[[], Observation]) -> np.ndarray | None:
-        """The observation after an action; None, and the trouble, after a failure."""
+        """Return the observation after an action, or None and the error after a failure."""
         self._beat(lane)
         try:
             observation = np.asarray(flat_observation(self._space, act()), float)
@@ -191,7 +191,7 @@ class ModelLanes:
     def step(
         self, actions: np.ndarray, alive: np.ndarray, push_n: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Every lane that is alive one step on; the others stand still.
+        """Advance every living lane by a step; the others stand still.
 
         Args:
             actions: commands, [lanes, actuators].
@@ -377,7 +377,7 @@ class EnvRollouts:
 def environment_lanes(
     experiment: EnvExperiment, lanes: int, beat: Beat = lambda lane: None
 ) -> Lanes:
-    """The lanes of an experiment's environment."""
+    """Return the lanes of an experiment's environment."""
     if experiment.spec.is_model:
         settings = replace(experiment.spec.model_settings, duration_s=experiment.duration_s)
         return ModelLanes(settings, lanes)
@@ -395,7 +395,7 @@ def play(
     tried: np.ndarray | None = None,
     entries: tuple[str, ...] | None = None,
 ) -> EpisodeBatch:
-    """One episode of every lane that is tried.
+    """Play one episode of every evaluated lane.
 
     Args:
         lanes: where.

@@ -27,17 +27,17 @@ Settings = Algorithm | AgentSettings
 
 
 def evolutions() -> dict[str, type[Algorithm]]:
-    """The registered evolution strategies by name."""
+    """Return the registered evolution strategies by name."""
     return registry.kinds_of(Algorithm)
 
 
 def agents() -> dict[str, type[AgentSettings]]:
-    """The settings of the registered agents by name."""
+    """Return the settings of the registered agents by name."""
     return registry.kinds_of(AgentSettings)
 
 
 def learner(name: str) -> type[Algorithm] | type[AgentSettings]:
-    """The algorithm of that name.
+    """Return the algorithm of that name.
 
     Raises:
         TegotaeError: for an unknown name, with the nearest ones.
@@ -78,7 +78,7 @@ def configuration_names() -> list[str]:
 
 
 def configuration(name: str) -> Configuration:
-    """The named configuration that comes with the package.
+    """Return the named configuration that comes with the package.
 
     Raises:
         TegotaeError: for an unknown name.
@@ -89,7 +89,7 @@ def configuration(name: str) -> Configuration:
 
 
 def load_configuration(file: Path | str | Traversable) -> Configuration:
-    """A configuration that `python -m research.tuning --keep` wrote.
+    """Return a configuration that `python -m research.tuning --keep` wrote.
 
     Raises:
         TegotaeError: if the file cannot be read, or holds no settings of a known algorithm.
@@ -107,7 +107,7 @@ def load_configuration(file: Path | str | Traversable) -> Configuration:
 
 
 def tuned(algorithm: str) -> Any:
-    """The tuned settings of an algorithm; those of its class where none are kept.
+    """Return the tuned settings of an algorithm, or its class's defaults if none are kept.
 
     Raises:
         TegotaeError: for an unknown algorithm.
@@ -121,7 +121,7 @@ def tuned(algorithm: str) -> Any:
 
 
 def settings_named(name: str, contracts: Any = (Algorithm, AgentSettings)) -> Any:
-    """The settings of an algorithm: as tuned, or of a user's file.
+    """Return the settings of an algorithm: the tuned ones, or those of a user's file.
 
     Args:
         name: such as pgpe, in any letters, or `FILE.py:OBJECT`.
