@@ -85,7 +85,7 @@ class Identified:
 
 
 def log_of(samples: pd.DataFrame) -> Log:
-    """The log of a recording, checked.
+    """Return the checked log of a recording.
 
     Args:
         samples: `time_s`, `height_m`, `spring_force_n` and `command_share`.
@@ -121,7 +121,7 @@ def log_of(samples: pd.DataFrame) -> Log:
 
 
 def hop_middles(log: Log) -> tuple[np.ndarray, np.ndarray]:
-    """The sample in the middle of every flight, and how many are in flight on each side of it.
+    """Return the middle sample of every flight, and the number of samples in flight on each side.
 
     A hop lies between two of the middles.
 
@@ -174,7 +174,7 @@ def check_flight(log: Log, middles: np.ndarray, sides: np.ndarray) -> None:
 def start_of(
     log: Log, middles: np.ndarray, begun: np.ndarray, gravity_m_per_s2: float
 ) -> np.ndarray:
-    """A first estimate of the fitted numbers, from sums over hops, which average noise.
+    """Return a first estimate of the fitted numbers, from sums over hops, which average noise.
 
     The load over the height in stance gives k and l0. From the middle of one flight to that of the
     next, momentum and energy change by
@@ -318,7 +318,8 @@ def _solved(
     *,
     states_only: bool = False,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Levenberg-Marquardt: numbers shared by all segments, and a state of each, projected out.
+    """Fit by Levenberg-Marquardt: numbers shared by all segments, and a state of each, projected
+    out.
 
     Returns:
         The solution [rows, segments], the residuals, and the derivatives by the shared numbers
@@ -357,7 +358,7 @@ def _solved(
 
 
 def identify(log: Log, gravity_m_per_s2: float = Hopper.gravity_m_per_s2) -> Identified:
-    """The fitted numbers of a hopper, with 95 % intervals and a check of the prediction.
+    """Return the fitted numbers of a hopper, with 95 % intervals and a check of the prediction.
 
     The sensors report height and load of the time t - d; a command acts at once. Every hop is
     simulated from a state of its own, from the middle of one flight to that of the next, and

@@ -215,7 +215,7 @@ class RobotController:
 
 
 def compiled(saved: SavedController, max_force_n: float | None = None) -> NativeController:
-    """A saved controller as code for this kind of processor, one tick for one robot.
+    """Compile a saved controller for this kind of processor: one tick for one robot.
 
     The oscillators advance at the rate of the last step for as long as has passed since; then the
     controller is evaluated, and its command holds until the next step. At equal steps that is
@@ -296,7 +296,7 @@ def compiled(saved: SavedController, max_force_n: float | None = None) -> Native
 
 
 def _started(robot: RobotController) -> StateTree:
-    """The oscillators at the release, at its phases."""
+    """Return the oscillators at the release, at its phases."""
     controller, system = robot.controller, robot.saved.system
     if controller.oscillator is None:
         return ()

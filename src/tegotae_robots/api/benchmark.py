@@ -21,7 +21,7 @@ KEPT = Path(__file__).with_name("benchmark.csv")
 
 
 def _subject(name: str) -> Subject:
-    """The body of a name.
+    """Return the body of a name.
 
     Raises:
         MissingExtraError: for Go1 without MuJoCo.
@@ -94,5 +94,5 @@ _SCORE, _STANDS = ("score", "low", "high"), ("stands", "stands_low", "stands_hig
 
 
 def _intervals(table: pd.DataFrame, *columns: str) -> list[str]:
-    """A mean with its interval, row by row."""
+    """Return a mean with its interval, row by row."""
     return ["{:.3g} [{:.3g}, {:.3g}]".format(*x) for x in table[[*columns]].to_numpy()]

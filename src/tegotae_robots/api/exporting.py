@@ -32,14 +32,16 @@ Exportable = str | PathLike[str] | Named | LoadedController
 
 
 def _saved(controller: Exportable) -> SavedController:
-    """The controller with its weights."""
+    """Return the controller with its weights."""
     if isinstance(controller, LoadedController):
         return controller.saved
     return controller_of(resolve(cast(Any, controller)))
 
 
 def _tick(controller: Any = "", **_: Any) -> Values:
-    """A millisecond, or the control period of the training on an environment."""
+    """Return the default tick: a millisecond, or the control period of the training on an
+    environment.
+    """
     return {"tick_s": usual_tick_s(_saved(controller)) if controller else 0.001}
 
 

@@ -31,7 +31,7 @@ _NEEDED = ("height", "spring_force", "command")
 
 
 def _body_of(fit: Identified, gravity_m_per_s2: float) -> Sensors:
-    """The hopper of a fit; what noise leaves below zero is zero."""
+    """Return the hopper of a fit; values that noise pushes below zero are set to zero."""
     numbers = {name: float(f"{max(x, 0.0):.6g}") for name, x in fit.values.items()}
     delay_s = numbers.pop("delay_s")
     ticks = max(Sensors().most_ticks, math.ceil(delay_s / _SIMULATED_TICK_S) + 1)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # which needs Gymnasium
 
 
 def _entries(suggestion: Suggestion) -> pd.DataFrame:
-    """A row an entry that has a reason."""
+    """Return one row per entry that has a reason."""
     wiring, rows = suggestion.wiring, []
     for name, reason in suggestion.reasons.items():
         owner, _, entry = name.rpartition(".")

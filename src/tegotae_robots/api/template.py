@@ -28,7 +28,7 @@ _RESPONSES = {
 
 
 def _numbers(template: Template) -> pd.DataFrame:
-    """A row a number: without dimension, as the robot's, and where it is from."""
+    """Return one row per number: dimensionless, in the robot's units, and its source."""
     rows: list[tuple[Any, ...]] = [
         ("mass", 1.0, template.mass_kg, "kg", "all bodies"),
         ("length l0", 1.0, template.length_m, "m", "hips over the feet at the start"),
@@ -46,7 +46,9 @@ def _numbers(template: Template) -> pd.DataFrame:
 
 
 def _check(template: Template) -> pd.DataFrame:
-    """A row a number of a step response: the walker's, the robot's, and by how much they differ."""
+    """Return one row per number of a step response: the walker's, the robot's, and their
+    difference.
+    """
     rows = []
     for name, when in _RESPONSES.items():
         pairs = zip(template.walker[name], template.robot.responses[name], strict=True)

@@ -46,7 +46,7 @@ class GivenForce(Actuation):
         return len(self.COMMANDS)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
-        """The command as it is given."""
+        """Return the command unchanged."""
         return weights[0] if self.n_weights == 1 else jnp.stack(list(weights))
 
 
@@ -113,7 +113,7 @@ class SimulatedSubject(Subject):
 
     @abstractmethod
     def worth(self, outcome: Any, weight: np.ndarray) -> ArrayLike:
-        """The score of every lane that did not fall, [lanes].
+        """Return the score of every lane that did not fall, [lanes].
 
         Args:
             outcome: of the objective.
@@ -121,7 +121,7 @@ class SimulatedSubject(Subject):
         """
 
     def _release(self, scenario: Scenario) -> Scenario:
-        """The scenario from its starts: those of a start are the same in all conditions."""
+        """Return the scenario of its starts; a start is the same in all conditions."""
         drawn = np.random.default_rng(0).uniform(size=(len(self.RELEASES), self.starts))
         again, entries = np.shape(scenario.height_m)[-1] // self.starts, {}
         for (name, (low, high)), share in zip(self.RELEASES.items(), drawn, strict=True):
@@ -165,7 +165,9 @@ class SimulatedSubject(Subject):
         return np.where(alive, np.nan_to_num(worth), np.nan).reshape(-1, self.starts)
 
     def _weights(self, actions: np.ndarray) -> np.ndarray:
-        """The actions [lanes, commands · limbs] as weights, set by set, [n_weights, lanes]."""
+        """Return the actions [lanes, commands · limbs] as weights, set by set, [n_weights,
+        lanes].
+        """
         lanes, limbs = len(actions), self.BODY.limbs
         by_limb = np.reshape(actions, (lanes, -1, limbs)).swapaxes(1, 2)
         return np.ascontiguousarray(by_limb.reshape(lanes, -1).T, np.float32)

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def read_entry(place: Any, subject: Subject, track: str) -> Entry:
-    """An entry on the senses of a track.
+    """Read an entry that uses the senses of a track.
 
     Args:
         place: a name or a file of a controller; `FILE.py:OBJECT` or `MODULE:OBJECT`, of a function
@@ -87,7 +87,7 @@ def _indices(names: Sequence[str], entries: Sequence[str], verb: str) -> np.ndar
 
 
 def _of_controller(saved: SavedController, subject: Subject, track: str) -> Entry:
-    """A controller of the package's own bodies, as native code."""
+    """Compile a controller of the package's own bodies to native code."""
     native = compiled(saved)
     sensed = _indices(of_limbs(native.senses, native.limbs), subject.senses[track], "senses")
     _indices(subject.commands, of_limbs(native.commands, native.limbs), "does not command")
@@ -107,7 +107,7 @@ def _of_controller(saved: SavedController, subject: Subject, track: str) -> Entr
 
 
 def _go1(subject: Subject, name: str | None) -> Go1Subject:
-    """The robot that a controller on limbs drives."""
+    """Return the robot that a controller on limbs drives."""
     from tegotae_robots.benchmark.go1 import Go1Subject
 
     if not isinstance(subject, Go1Subject):
@@ -116,7 +116,7 @@ def _go1(subject: Subject, name: str | None) -> Go1Subject:
 
 
 def _of_wiring(saved: SavedController, subject: Subject, track: str) -> Entry:
-    """A controller that was trained on an environment, by its wiring."""
+    """Return the entry of a controller that was trained on an environment, by its wiring."""
     from tegotae.envs.mujoco.sensing import sensing
     from tegotae.envs.wrapper import Pilot
     from tegotae.training.environments.experiment import EnvExperiment
@@ -148,7 +148,7 @@ def _of_wiring(saved: SavedController, subject: Subject, track: str) -> Entry:
 
 
 def _of_network(path: Path, subject: Subject, track: str) -> Entry:
-    """A network, which has no state."""
+    """Return the entry of a network, which has no state."""
     from tegotae.envs.policies import network
 
     answer, entries = network(path)
@@ -162,8 +162,9 @@ def _of_network(path: Path, subject: Subject, track: str) -> Entry:
 
 
 def _of_c(path: Path, subject: Subject, track: str) -> Entry:
-    """A program of `tegotae export c`, compiled by cc; oscillators begin at the phases of its
-    wiring, or spread over the turn."""
+    """Compile a program of `tegotae export c` with cc; oscillators begin at the phases of its
+    wiring, or spread over the turn.
+    """
     manifest = read_manifest(path)
     if abs(manifest.tick_s / subject.step_s - 1.0) > 1e-3:
         raise TegotaeError(
@@ -224,7 +225,7 @@ def _of_c(path: Path, subject: Subject, track: str) -> Entry:
 
 
 def _in_c(name: str) -> str:
-    """The name of an entry as C has it.
+    """Return the name of an entry as C has it.
 
     Example:
         >>> _in_c("spring_force[2]")
@@ -239,7 +240,7 @@ _MOST_CC_S = 120
 
 
 def _compiled(path: Path, manifest: Manifest) -> ctypes.CDLL:
-    """The program in this process, with the size of its state."""
+    """Load the program into this process, and return it with the size of its state."""
     text = f'#include "{path.resolve()}"\n{manifest.checks()}'
     text += f"const unsigned long entry_state_bytes = sizeof({manifest.prefix}_state);\n"
     with tempfile.TemporaryDirectory() as folder:

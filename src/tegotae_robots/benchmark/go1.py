@@ -52,7 +52,9 @@ class Go1Subject(Subject):
         return sensing(self.tested.experiment.spec.model_settings)
 
     def spec(self, legs: bool) -> EnvSpec:
-        """The robot for a wiring, of joints or of legs, whose feet are commanded to places."""
+        """Return the robot for a wiring, of joints or of legs, whose feet are commanded to
+        places.
+        """
         spec = self.tested.experiment.spec
         return dataclasses.replace(spec, settings=(*spec.settings, ("legs", legs)))
 

@@ -63,7 +63,7 @@ class Manifest(msgspec.Struct):
         return [limb.phase_rad for limb in self.wired] or spread
 
     def checks(self) -> str:
-        """C after which the program compiles only if it has these limbs, numbers and state."""
+        """Return C code that compiles only if the program has these limbs, numbers and state."""
         prefix, several = self.prefix, self.limbs > 1
         lines = [_check("limbs", f"{prefix.upper()}_LIMBS == {self.limbs}")]
         for direction, numbers in (("inputs", self.inputs), ("outputs", self.outputs)):
@@ -84,7 +84,7 @@ class Manifest(msgspec.Struct):
 
 
 def _check(name: str, condition: str) -> str:
-    """C that does not compile where a condition does not hold."""
+    """Return C code that fails to compile where a condition does not hold."""
     return f"typedef char entry_{name}[({condition}) ? 1 : -1];"
 
 

@@ -18,7 +18,8 @@ MOST_WALL_S = 7200.0
 
 
 def scored(place: Any, subject: Subject, track: str) -> tuple[np.ndarray, float]:
-    """The scores of an entry, [conditions, starts], and the time of a core that they took [s].
+    """Return the scores of an entry, [conditions, starts], and the time of a core that they took
+    [s].
 
     Args:
         place: of the entry (`read_entry`). An object runs here; code and networks that are named

@@ -69,14 +69,17 @@ class Subject(ABC):
 
     @abstractmethod
     def scores(self, entry: Entry, track: str) -> np.ndarray:
-        """The score of every episode, [conditions, starts]; NaN of one that ends in a fall.
+        """Return the score of every episode, [conditions, starts], or NaN of one that ends in a
+        fall.
 
         Raises:
             TegotaeError: for an entry that fails, or needs more than `MOST_CPU_S`.
         """
 
     def episodes(self, scores: np.ndarray) -> pd.DataFrame:
-        """A row an episode: `condition`, `level`, `start` and `score`, undefined after a fall."""
+        """Return one row per episode: `condition`, `level`, `start` and `score`, undefined after a
+        fall.
+        """
         met = [("none", np.nan), *((x.name, y) for x in self.disturbances for y in x.outwards)]
         rows = [(*met[i], start, score) for (i, start), score in np.ndenumerate(scores)]
         return pd.DataFrame(rows, columns=["condition", "level", "start", "score"])
@@ -93,7 +96,8 @@ def of_limbs(names: Sequence[str], limbs: int) -> tuple[str, ...]:
 
 
 def summary(scores: np.ndarray) -> dict[str, float]:
-    """The score of an entry, and the share of its episodes without a fall, with 95 % intervals.
+    """Return the score of an entry, and the share of its episodes without a fall, with 95 %
+    intervals.
 
     Starts are independent, conditions are not: the bootstrap draws starts, and Wilson's interval
     counts as many trials as there are starts.
@@ -122,7 +126,7 @@ def summary(scores: np.ndarray) -> dict[str, float]:
 
 
 def of_walk(cot_inverse: ArrayLike, speed: ArrayLike, command: float) -> np.ndarray:
-    """The score of walks, `CoT⁻¹ max(0, 1 - |v / v* - 1|)`; none of a walk backwards.
+    """Return the score of walks, `CoT⁻¹ max(0, 1 - |v / v* - 1|)`; a walk backwards has none.
 
     Args:
         cot_inverse: m g v / P of each.
@@ -153,7 +157,7 @@ class Driver:
             self._policies = [entry() for _ in range(lanes)]
 
     def __call__(self, observed: np.ndarray, alive: np.ndarray | None = None) -> np.ndarray:
-        """The actions of all lanes, [lanes, actions].
+        """Return the actions of all lanes, [lanes, actions].
 
         Args:
             observed: [lanes, entries].

@@ -122,7 +122,7 @@ def costs(export: Export) -> Iterator[Cost]:
 
 
 def cost_on(export: Export, core: Core, folder: Path) -> Cost:
-    """The cost on a core of what `write_program` wrote to a folder.
+    """Measure the cost on a core of the program that `write_program` wrote to a folder.
 
     Raises:
         TegotaeError: if the tools are missing, or fail.
@@ -149,7 +149,7 @@ def cost_on(export: Export, core: Core, folder: Path) -> Cost:
 
 
 def write_program(export: Export, folder: Path) -> None:
-    """The controller, ticks of its golden run, and the program that counts them."""
+    """Write the controller, ticks of its golden run, and the program that counts them."""
     prefix = export.prefix
     (folder / f"{prefix}.c").write_text(source(export))
     (folder / f"{prefix}.h").write_text(header(export))

@@ -46,7 +46,7 @@ class Golden:
     times_s: np.ndarray
 
     def csv(self) -> str:
-        """The ticks as a table."""
+        """Return the ticks as a table."""
         stream = io.StringIO()
         stream.write(",".join(("t_s", *self.columns)) + "\n")
         for time, row in zip(self.times_s, self.rows, strict=True):
@@ -60,7 +60,7 @@ def vector_initialiser(rows: np.ndarray) -> str:
 
 
 def golden(export: Export) -> Golden:
-    """The package's own run of a controller on its body, held over the tick of the export.
+    """Run a controller on its body in Python, at the export's tick.
 
     A controller that was trained on an environment has no body here, and drawn senses.
 
@@ -96,7 +96,9 @@ def _ticked(
     sensed: Mapping[str, PerLimb],
     scales: Mapping[str, Number] | None = None,
 ) -> tuple[StateTree, jax.Array]:
-    """The next state of the oscillators, and a tick's numbers in the order of the columns."""
+    """Return the next state of the oscillators, and a tick's numbers in the order of the
+    columns.
+    """
     controller, tick_s = export.controller, jnp.asarray(export.tick_s, jnp.float32)
     decision = export.decide(
         omega, state, sensed, scales, ahead_s=tick_s if export.averages else None
@@ -111,12 +113,12 @@ def _ticked(
 
 
 def _phases(export: Export) -> list[float]:
-    """Every oscillator elsewhere [rad]."""
+    """Return the phases of the run, a different one for every oscillator [rad]."""
     return [0.1 + 2.3 * i % 6.0 for i in range(export.limbs)]
 
 
 def release(export: Export) -> Scenario:
-    """The release of the run: from somewhat above the ground."""
+    """Return the release of the run, from slightly above the ground."""
     body, several = export.saved.body, export.limbs > 1
     above = 0.2 * float(np.asarray(body.rest_length_m)) if body.COMMANDS == ("force",) else 0.0
     touching = float(np.asarray(body.touching_height_m))
@@ -180,7 +182,7 @@ def drawn(export: Export, ticks: int) -> dict[str, np.ndarray]:
 
 
 def check_program(export: Export, golden: Golden) -> str:
-    """The text of test_PREFIX.c."""
+    """Return the text of test_PREFIX.c."""
     sizes = np.maximum(np.abs(golden.rows).max(axis=0), np.float32(1e-6))
     several, names = export.limbs > 1, export.state_names
     pushes, upper = export.controller.actuation.commands_force, export.prefix.upper()

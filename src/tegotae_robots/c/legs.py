@@ -25,7 +25,9 @@ _TURN = 0.25
 
 
 def leg_pieces(legs: LegKinematics) -> list[Piece]:
-    """The solution's start and step, and the load on a foot, as `LegKinematics` has them."""
+    """Return the pieces of `LegKinematics`: the solution's start and step, and the load on a
+    foot.
+    """
     from tegotae.envs.mujoco.chains import Chains, borne, direct, has_closed_form, nearer
 
     reader, n = CReader(), legs.joints.shape[1]
@@ -123,7 +125,7 @@ def leg_facts(export: Export) -> dict[str, Any]:
 
 
 def leg_rows(export: Export) -> np.ndarray:
-    """Places, joints that put the feet there, torques, and the loads of these, [rows, numbers].
+    """Return places, the joints that put the feet there, torques, and their loads, [rows, numbers].
 
     All are limb by limb; places are only those that the controller commands.
     """
@@ -142,7 +144,7 @@ def leg_rows(export: Export) -> np.ndarray:
 
 
 def _wired(export: Export) -> tuple[list[int], list[int]]:
-    """The leg of every limb, and the axis of every command."""
+    """Return the leg of every limb, and the axis of every command."""
     legs, task = export.legs, export.saved.task
     assert legs is not None
     assert task is not None

@@ -51,7 +51,7 @@ class ExportLayout:
     files: dict[str, str] = field(default_factory=dict[str, str])
 
     def place(self, file: str) -> str:
-        """The path of a file in the export's folder.
+        """Return the path of a file in the export's folder.
 
         Example:
             >>> LAYOUTS["platformio"].place("leg.c")
@@ -64,7 +64,7 @@ class ExportLayout:
         return f"{folder}/{file}" if folder else file
 
     def check(self, prefix: str) -> str:
-        """The command that checks the C, from the export's folder."""
+        """Return the command that checks the C, to be run in the export's folder."""
         test = self.place(f"test_{prefix}.c")
         include = f"-I{self.headers} " if self.headers else ""
         return (
@@ -88,12 +88,12 @@ LAYOUTS: dict[LayoutName, ExportLayout] = {
 
 
 def header(export: Export) -> str:
-    """The text of PREFIX.h."""
+    """Return the text of PREFIX.h."""
     return filled_c("header.h", facts(export))
 
 
 def package_texts(export: Export, layout: ExportLayout = LAYOUTS["flat"]) -> dict[str, str]:
-    """All files of an export by their paths in its folder.
+    """Return all files of an export by their paths in its folder.
 
     Raises:
         TegotaeError: for a controller with an operation that has no C, by its name.
@@ -147,7 +147,7 @@ def _for_authors(export: Export, layout: ExportLayout) -> dict[str, object]:
 
 
 def _manifest(export: Export, golden: Golden, layout: ExportLayout, files: list[str]) -> JsonObject:
-    """The content of PREFIX.json."""
+    """Return the content of PREFIX.json."""
     saved = export.saved
     pushes = export.controller.actuation.commands_force
     limit = float(np.asarray(export.alpha_n)) if pushes else None

@@ -147,13 +147,13 @@ class Export(RobotController):
 
 
 def _control_period_s(task: EnvTask) -> float | None:
-    """The control period of a training on an environment [s], if its file says it."""
+    """Return the control period of a training on an environment [s], if its file has it."""
     period_s = task.settings.get("control_s", task.wiring.step_s)
     return float(period_s) if isinstance(period_s, int | float) else None
 
 
 def usual_tick_s(saved: SavedController) -> float:
-    """The control period that an export has by default [s].
+    """Return the control period that an export has by default [s].
 
     That of the training on an environment, where the file says it, and otherwise a millisecond.
     """
@@ -175,12 +175,12 @@ _UNITS = {
 
 
 def unit_of(name: str) -> str:
-    """The unit of a signal."""
+    """Return the unit of a signal."""
     return _UNITS.get(name, "the unit of the body's sense")
 
 
 def member(name: str) -> str:
-    """A signal's name with its unit, as a member of a struct.
+    """Return a signal's name with its unit, as a member of a struct.
 
     Example:
         >>> member("spring_force"), member("speed"), member("whiskers")
@@ -219,7 +219,7 @@ def _sensed(export: Export, signal: str) -> str:
 
 
 def wired_limbs(export: Export) -> list[LimbDocument]:
-    """The limbs of the wiring; none of a controller for a body of the package."""
+    """Return the limbs of the wiring, or None for a controller of a body of the package."""
     return [] if export.saved.task is None else export.saved.task.wiring.limbs
 
 

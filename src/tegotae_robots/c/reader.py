@@ -138,7 +138,9 @@ class CReader(Reader):
 
 
 def _docstring(source: str) -> str:
-    """The first line of a function's docstring, from what a trace says of it: NAME at FILE:LINE."""
+    """Return the first line of a function's docstring, from the place that a trace names: NAME at
+    FILE:LINE.
+    """
     name, _, place = source.partition(" at ")
     file = Path(place.rpartition(":")[0])
     try:

@@ -30,7 +30,7 @@ _OF_OSCILLATOR = ("advanced", "started")
 
 
 def source(export: Export) -> str:
-    """The text of PREFIX.c.
+    """Return the text of PREFIX.c.
 
     Raises:
         TegotaeError: for an operation that has no C, by its name.
@@ -74,7 +74,7 @@ class _Function:
     """Its parameters, in order: w, s, o, heard, or the name of a number."""
 
     def call(self, **texts: str) -> str:
-        """A call, with arguments that C calls otherwise by what is given here."""
+        """Return a call of a piece, with its arguments renamed in C by a mapping."""
         return f"{self.name}({', '.join(texts.get(name, name) for name in self.arguments)})"
 
 
@@ -115,7 +115,7 @@ def _function(export: Export, library: Library, piece: Piece) -> _Function:
 
 
 def _constants(export: Export, read: frozenset[str]) -> list[dict[str, str]]:
-    """The source's own names of constants."""
+    """Return the source's own names of constants."""
     upper = export.prefix.upper()
     lines = [("TICK_S", f"{upper}_TICK_S", "")] if "TICK_S" in read else []
     if export.controller.actuation.commands_force:
@@ -160,7 +160,7 @@ def _weights(export: Export) -> list[str]:
 def _functions_of(
     export: Export, pieces: Mapping[str, Piece]
 ) -> tuple[Library, dict[str, _Function]]:
-    """The functions of pieces, and what they call."""
+    """Return the functions of pieces, and the functions that they call."""
     library = Library()
     library.taken |= set(_OWN) | set(export.pieces)
     library.helpers.add("is_finite")
@@ -174,7 +174,7 @@ def _numbers(comment: str, name: str, values: Sequence[int] | None) -> str:
 
 
 def _calls(export: Export, functions: dict[str, _Function], limb: str) -> dict[str, object]:
-    """The calls of the pieces in a step, and what is made of their results."""
+    """Return the calls of the pieces in a step, and the statements on their results."""
     controller, names = export.controller, export.commands
     weights = "&WEIGHTS" if controller.sets == 1 else "&WEIGHTS[SET[unit]]"
     unit = "[unit]" if export.limbs > 1 else ""

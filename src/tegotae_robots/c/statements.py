@@ -40,12 +40,12 @@ class Library:
     taken: set[str] = field(default_factory=lambda: set(helpers()))
 
     def texts(self) -> list[str]:
-        """The C of helpers and procedures that are needed."""
+        """Return the C of helpers and procedures that are needed."""
         needed = [text for name, text in helpers().items() if name in self.helpers]
         return [*needed, *self.procedures]
 
     def name_of(self, procedure: Procedure) -> str:
-        """The name of a procedure in C, which is written on its first call."""
+        """Return the name of a procedure in C; the first call writes the procedure."""
         if id(procedure) not in self.names:
             name, lines, results = self._body(procedure)
             parameters = ", ".join(f"{node.kind} {node.detail}" for node in procedure.inputs)
@@ -56,7 +56,7 @@ class Library:
         return self.names[id(procedure)]
 
     def _body(self, procedure: Procedure) -> tuple[str, list[str], list[str]]:
-        """A procedure's name, its statements, and the texts of its results."""
+        """Return a procedure's name, its statements, and the texts of its results."""
         body = Statements(self, procedure.parameters)
         results = body.all(procedure.results)
         return c_name(procedure.name, self.taken), body.lines, results
@@ -80,7 +80,7 @@ def c_function(
     comment: str = "",
     struct: str = "",
 ) -> str:
-    """A static function in C.
+    """Return a static function in C.
 
     Args:
         name: its name.
@@ -178,7 +178,7 @@ class Statements:
         return f"({text})" if binds < binding else text
 
     def _variable(self, node: Node) -> str:
-        """A name for a value, even if it is used only once."""
+        """Return a name for a value, even if it is used only once."""
         text, _ = self._texts[node]
         name = c_name(_source_name(node), self.taken)
         self.lines.append(f"const {node.kind} {name} = {text};")
@@ -249,7 +249,7 @@ def _operation(node: Node) -> Operation:
 
 
 def struct(name: str, paths: Sequence[WeightName]) -> str:
-    """The type of a part's weights."""
+    """Return the type of a part's weights."""
     tree = nested(paths, [0.0] * len(paths))
     return f"typedef struct {{\n{_members(tree, '    ')}}} {name};\n"
 
@@ -268,7 +268,7 @@ def _member(name: str, entry: Json, indent: str) -> str:
 
 
 def initialiser(paths: Sequence[WeightName], values: Sequence[Json], indent: str = "    ") -> str:
-    """The values of a struct, each under its name."""
+    """Return the values of a struct, each under its name."""
     return _values(nested(paths, values), indent)
 
 

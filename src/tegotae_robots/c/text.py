@@ -27,13 +27,13 @@ _LONG_COMMENT = re.compile(r"^/\*\* (.*?) \*/$", re.MULTILINE | re.DOTALL)
 
 @functools.cache
 def template_text(name: str) -> str:
-    """The text of a template."""
+    """Return the text of a template."""
     folder = resources.files("tegotae_robots.c") / "templates"
     return (folder / name).read_text(encoding="utf-8")
 
 
 def filled_template(text: str, facts: Mapping[str, Any]) -> str:
-    """A template with its facts.
+    """Fill a template with its facts.
 
     `@name@` is the fact of that name. Lines from `% name` to `% end name` are there if the fact is
     true; of a list once an entry, with the entry's own facts; of a function what it makes of them.
@@ -65,14 +65,14 @@ def filled_template(text: str, facts: Mapping[str, Any]) -> str:
 
 
 def filled_c(name: str, facts: Mapping[str, Any]) -> str:
-    """A file of C from its template; comments that begin with `/**` are wrapped."""
+    """Fill the template of a C file; comments that begin with `/**` are wrapped."""
     text = filled_template(template_text(name), facts)
     text = _LONG_COMMENT.sub(lambda match: comment_of(match[1]).rstrip(), text)
     return re.sub(r"\n{3,}", "\n\n", text).rstrip() + "\n"
 
 
 def comment_of(text: str) -> str:
-    """A comment in C, wrapped."""
+    """Return a comment in C, wrapped."""
     if not text:
         return ""
     lines = textwrap.wrap(" ".join(text.split()), WIDTH - 6)
@@ -80,7 +80,7 @@ def comment_of(text: str) -> str:
 
 
 def wrapped(line: str, indent: str = "    ") -> str:
-    """A statement on as many lines as it needs."""
+    """Wrap a statement into as many lines as it needs."""
     return "\n".join(
         textwrap.wrap(
             line,
@@ -94,7 +94,7 @@ def wrapped(line: str, indent: str = "    ") -> str:
 
 
 def c_number(value: Number, kind: str = "float") -> tuple[str, int]:
-    """A constant in C, and how tightly it binds.
+    """Return a constant in C, and the precedence of its expression.
 
     Example:
         >>> c_number(0.1), c_number(-2, "int32_t"), c_number(True, "bool")
@@ -119,7 +119,7 @@ def c_number(value: Number, kind: str = "float") -> tuple[str, int]:
 
 
 def floating(value: Number) -> str:
-    """A number of type float in C."""
+    """Return a number of type float in C."""
     return c_number(value)[0]
 
 
@@ -175,7 +175,7 @@ def is_c_name(text: str) -> bool:
 
 
 def c_name(text: str, taken: set[str]) -> str:
-    """A name in C near to a text, that is not taken yet; it is from then on.
+    """Return a free name in C close to a text, and reserve it.
 
     Example:
         >>> c_name("swap", {"swap"}), c_name("float", set())
@@ -192,7 +192,7 @@ def c_name(text: str, taken: set[str]) -> str:
 
 
 def ascii_text(text: str) -> str:
-    """A text in ASCII, for comments.
+    """Return a text in ASCII, for comments.
 
     Example:
         >>> ascii_text("f = σ cos φ ≤ 2")
@@ -205,7 +205,7 @@ def ascii_text(text: str) -> str:
 
 
 def commented(doc: str) -> str:
-    """The first paragraph of a docstring, with the next if it announces one, for a comment."""
+    """Return the first paragraph of a docstring as a comment, with the next if it announces one."""
     first, *paragraphs = doc.strip().split("\n\n")
     paragraph = f"{first} {paragraphs[0]}" if first.endswith(":") and paragraphs else first
     return ascii_text(" ".join(paragraph.split())).replace("*/", "* /").replace("/*", "/ *")

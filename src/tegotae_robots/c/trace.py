@@ -62,7 +62,7 @@ class TracedTick:
         self._state = [f"o->{name}" for name in self.state_names]
 
     def pieces(self) -> dict[str, Piece]:
-        """The functions that a tick is made of, by name."""
+        """Return the functions that compose a tick, by name."""
         return {piece.name: piece for piece in self._all()}
 
     def _all(self) -> Iterator[Piece]:
@@ -116,7 +116,9 @@ class TracedTick:
         return jax.tree.unflatten(self._structure, leaves)
 
     def _of_oscillator(self, oscillator: Oscillator) -> Iterator[Piece]:
-        """Its state at a phase, what terms may read of it, and its phase."""
+        """Yield the oscillator's pieces: its state at a phase, its signals for terms, and its
+        phase.
+        """
         names, state = oscillator.SIGNALS, self._state
 
         def rhythm(state: Sequence[jax.Array]) -> list[jax.Array]:
@@ -140,7 +142,7 @@ class TracedTick:
             yield self._trace("phase_of", phase_of, ("phase",), "The phase [rad].", state=state)
 
     def _term(self, role: str, term: Term, paths: Sequence[WeightName]) -> Piece:
-        """A′, R, G or the smooth part of T."""
+        """Return the piece of A′, R, G or the smooth part of T."""
         values = {name: f"s->{name}" for name in self._signals}
         results: Sequence[str] = (role,)
         if role == "actuation":
@@ -162,7 +164,7 @@ class TracedTick:
         )
 
     def _command(self, actuation: Actuation) -> Piece:
-        """The command over a tick: `Controller.bounded` and the sector."""
+        """Return the piece of the command over a tick: `Controller.bounded` and the sector."""
         controller, names = self._controller, actuation.COMMANDS
         comment = "Where the foot shall be [m]."
         if actuation.commands_force:
@@ -268,7 +270,7 @@ def traced(
     comment: str,
     **inputs: Texts,
 ) -> Piece:
-    """A piece: `inputs` are lists of C texts, one argument of the function each.
+    """Trace a piece; `inputs` are lists of C texts, one per argument of the function.
 
     Raises:
         CannotLower: for an operation that has no C, by its name.
@@ -293,7 +295,7 @@ def traced(
 
 
 def scale_name(signal: str) -> str:
-    """The constant that a signal is divided by before a network sees it."""
+    """Return the constant by which a signal is divided before a network sees it."""
     return f"SCALE_{signal.upper()}"
 
 

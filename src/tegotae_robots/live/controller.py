@@ -50,7 +50,7 @@ class NativeController:
     code: bytes
 
     def step(self) -> NativeStep:
-        """The code in this process.
+        """Load the code into this process.
 
         Raises:
             TegotaeError: for code that was altered, or is of another kind of processor.
@@ -141,7 +141,7 @@ class LiveController:
     def load(
         cls, path: Path | str, *, clock: Callable[[], float] = time.monotonic
     ) -> LiveController:
-        """The controller in a file of `tegotae export native`, at once and without JAX.
+        """Load the controller of a file of `tegotae export native`, at once and without JAX.
 
         Args:
             path: the file.
@@ -189,7 +189,7 @@ class LiveController:
         """Steps since the last reset."""
 
     def step(self, measurements: Mapping[str, ArrayLike], dt_s: float | None = None) -> np.ndarray:
-        """The command until the next step.
+        """Return the command until the next step.
 
         Args:
             measurements: of each signal in `senses` a number or an array [limbs], in the units of

@@ -156,7 +156,7 @@ def drive_hardware(
 
 
 def new_recording(path: Path | str) -> Path:
-    """The path of a recording to be made: for a program that checks it before all else.
+    """Return the path of a new recording, for a program that checks it before anything else.
 
     Raises:
         TegotaeError: if it exists, cannot be written, or is no .npz.
@@ -308,7 +308,7 @@ class _Loop:
                 return
 
     def columns(self) -> dict[str, np.ndarray]:
-        """The recording, one column per number."""
+        """Return the recording, one column per number."""
         n = self.done
         commands = self._commands[:n].reshape(n, -1, self._live.limbs).swapaxes(0, 1)
         measured = (self._time_s[:n], self._own[:n, 0], self._own[:n, 1], *commands)
@@ -332,7 +332,7 @@ def _is_name(name: object) -> bool:
 
 
 def _safe_command(safe: np.ndarray | float, shape: tuple[int, ...]) -> np.ndarray:
-    """The safe command of every limb.
+    """Return the safe command of every limb.
 
     Raises:
         TegotaeError: unless it is finite numbers of the command's shape.
@@ -351,7 +351,7 @@ def _safe_command(safe: np.ndarray | float, shape: tuple[int, ...]) -> np.ndarra
 
 
 def _wait_until(due: float) -> float:
-    """The time, once it is due: asleep at first, awake at the end."""
+    """Wait until a time, first asleep and then awake, and return the time after it."""
     while True:
         remaining_s = due - time.perf_counter()
         if remaining_s <= 0.0:

@@ -43,7 +43,7 @@ class StepResponse(NamedTuple):
 
     @classmethod
     def from_motion(cls, time: np.ndarray, place: np.ndarray) -> StepResponse:
-        """The response of a damped oscillator with the same peak time t and overshoot M:
+        """Return the response of a damped oscillator with the same peak time t and overshoot M:
 
             ζ = -ln M / √(π² + ln² M),   ω_n = π / (t √(1 - ζ²)).
 
@@ -121,7 +121,9 @@ def stance_of_robot(sensed: Sensing, length_m: float) -> RobotStance:
         return float(np.mean([lowest(model, data, foot.geoms)[0] for foot in feet]))
 
     def pushed(share: float) -> np.ndarray:
-        """Height, and how far ahead of its feet (they creep on soft contacts), [2, samples]."""
+        """Return height, and the distance ahead of the feet (they creep on soft contacts), [2,
+        samples].
+        """
         model.opt.gravity[0] = share * gravity  # a force on all bodies alike
         places = []
         for _ in range(round(_SETTLES / tick)):
@@ -200,7 +202,7 @@ def _require_standing(model: MjModel, data: MjData, geoms: Sequence[int], sank: 
 
 
 def _friction(data: MjData, geoms: Sequence[int]) -> float:
-    """The mean of the feet's contacts; one that resists no sliding counts as 0."""
+    """Return the mean of the feet's contacts; one without sliding friction counts as 0."""
     contacts = [
         float(contact.friction[0]) if contact.dim > 1 else 0.0
         for contact in data.contact

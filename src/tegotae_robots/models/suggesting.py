@@ -88,7 +88,8 @@ class _Joint:
 
 
 def suggest_wiring(settings: ModelSettings) -> Suggestion:
-    """A first wiring of a MuJoCo model: limbs, senses, rests, pushes, scales, ω and rest length.
+    """Suggest a first wiring of a MuJoCo model: limbs, senses, rests, pushes, scales, ω and rest
+    length.
 
     Feet that the settings do not name are the lowest bodies that end a chain. Every actuated joint
     between the trunk and one foot is a limb, which feels the load of its foot: a spring along the
@@ -208,7 +209,7 @@ def drop_remarks(standing: float, remedy: str, threshold: float = _GIVES_WAY) ->
 
 
 def _lift(joints: Sequence[_Joint], pushes: Sequence[tuple[float, float]]) -> float:
-    """The vertical force of full pushes, (rest, push) each, summed over the feet [N]."""
+    """Return the vertical force of full pushes, (rest, push) each, summed over the feet [N]."""
     by_foot: dict[int, float] = {}
     for joint, (rest, push) in zip(joints, pushes, strict=True):
         if joint.kind == "servo":
@@ -228,7 +229,9 @@ def _on_rail(model: MjModel, data: MjData) -> bool:
 
 
 def lowest_feet(model: MjModel) -> tuple[str, ...]:
-    """The lowest bodies that end a chain and can touch; a body without a name by its geom's."""
+    """Return the lowest bodies that end a chain and can touch; an unnamed body goes by its geom's
+    name.
+    """
     data = started(model)
     ends = set(range(1, model.nbody)) - {int(parent) for parent in model.body_parentid[1:]}
     touches = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
@@ -259,7 +262,9 @@ def lowest_feet(model: MjModel) -> tuple[str, ...]:
 
 
 def _joints(sensed: Sensing, data: MjData, feet: Sequence[str]) -> tuple[list[_Joint], list[str]]:
-    """The joints that are limbs, and of other actuators why they are left alone."""
+    """Return the joints that are limbs, and for other actuators the reason why they are left
+    out.
+    """
     chains = [chain_of(sensed.model, foot) for foot in feet]
     joints, left_out = [], []
     for name, i in zip(sensed.actuators, map(int, sensed.driven), strict=True):
@@ -274,7 +279,7 @@ def _joints(sensed: Sensing, data: MjData, feet: Sequence[str]) -> tuple[list[_J
 def _joint(
     model: MjModel, data: MjData, feet: Sequence[str], chains: Sequence[set[int]], i: int
 ) -> _Joint | str:
-    """The joint of an actuator that is a limb, or why it is none."""
+    """Return the joint of an actuator that is a limb, or the reason why it is none."""
     if model.actuator_trntype[i] != mujoco.mjtTrn.mjTRN_JOINT:
         return "it drives no joint"
     j, kinds = int(model.actuator_trnid[i, 0]), mujoco.mjtJoint
@@ -307,7 +312,7 @@ def _joint(
 
 
 def _velocity(model: MjModel, data: MjData, foot: str, joint: int) -> np.ndarray:
-    """The foot's velocity in the trunk's frame at a joint's speed of 1, [x, y, z]."""
+    """Return the foot's velocity in the trunk's frame at a joint's speed of 1, [x, y, z]."""
     jacobian = np.zeros((3, model.nv))
     place = foot_place(model, data, foot).copy()
     mujoco.mj_jac(model, data, jacobian, None, place, foot_of(model, foot).body)
@@ -319,7 +324,7 @@ def _stretches(joint: _Joint) -> bool:
 
 
 def _push(joint: _Joint, weight_n: float, length_m: float) -> tuple[float, float, str]:
-    """Rest, push and its reason."""
+    """Return rest, push and the reason for the push."""
     stretches = _stretches(joint)
     lever = joint.up if stretches else joint.along
     if joint.kind == "servo":
@@ -360,7 +365,7 @@ def phases_of(model: MjModel, data: MjData, feet: Sequence[str]) -> list[float]:
 
 
 def dropped(sensed: Sensing, action: np.ndarray, rise_m: float) -> tuple[float, float]:
-    """A drop test: the trunk's height at touchdown, and the share of it a second later.
+    """Run a drop test: return the trunk's height at touchdown, and the share of it a second later.
 
     Args:
         sensed: the model.
@@ -401,5 +406,5 @@ def dropped(sensed: Sensing, action: np.ndarray, rise_m: float) -> tuple[float, 
 
 
 def rounded(value: float, digits: int = 3) -> float:
-    """A number of so many digits, for people to read."""
+    """Round a number to so many significant digits."""
     return float(f"{value:.{digits}g}")

@@ -46,8 +46,8 @@ _WALKER = "quadruped-c"
 
 
 def suggest_legs(settings: ModelSettings) -> Suggestion:
-    """A wiring whose limbs are legs: an oscillator each, that commands a foot forward and up, and
-    aside if its law does.
+    """Suggest a wiring whose limbs are legs: an oscillator each, that commands a foot forward and
+    up, and aside if its law does.
 
     Its units are Froude's, l0, √(l0 / g) and the weight, with l0 from a foot to the first joint of
     its leg: a law of a walker with l0 = m = g = 1 goes on it as it is. Each leg feels the force on

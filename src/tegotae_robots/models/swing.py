@@ -53,8 +53,8 @@ def swing_of_robot(
     foot: EllipticFoot,
     omega: float,
 ) -> float:
-    """The same of a robot's leg, its trunk held: Σ |torque · speed| of its joints, by MuJoCo's
-    inverse dynamics [J]; nan of a foot that does not reach its ellipse.
+    """Return the swing cost of a robot's leg, its trunk held: Σ |torque · speed| of its joints, by
+    MuJoCo's inverse dynamics [J]; nan of a foot that does not reach its ellipse.
 
     Args:
         model: of the robot.

@@ -151,7 +151,7 @@ class _Drives(NamedTuple):
 
 
 def fit_template(settings: ModelSettings, name: str) -> Template:
-    """The walker that stands for a legged MuJoCo model.
+    """Fit the walker that stands for a legged MuJoCo model.
 
     The rest pose is the model's start. With J the Jacobian of a foot in the joints of its leg, K_q
     and D_q the stiffness and damping of servos, springs and joints, and C = J K_q⁻¹ Jᵀ, a foot that
@@ -264,7 +264,7 @@ def _unit(name: str, length_m: float, mass_kg: float, gravity: float) -> tuple[f
 
 
 def _body(data: MjData, legs: list[_Leg], length_m: float) -> dict[str, np.ndarray]:
-    """The numbers of the body in SI units, by the walker's names."""
+    """Return the numbers of the body in SI units, by the walker's names."""
     soles = np.array([leg.sole_m for leg in legs])
     middle = soles.mean(axis=0)
     centre = data.subtree_com[1] - middle - [0.0, 0.0, length_m]
@@ -286,7 +286,7 @@ def _body(data: MjData, legs: list[_Leg], length_m: float) -> dict[str, np.ndarr
 
 
 def _legs(model: MjModel, data: MjData, feet: tuple[str, ...]) -> list[_Leg]:
-    """The legs, each by its own joints."""
+    """Return the legs, each with its own joints."""
     require_open_chains(model, feet)
     chains = [chain_of(model, foot) for foot in feet]
     hung = [
@@ -373,7 +373,7 @@ def _leg(model: MjModel, data: MjData, name: str, joints: list[int], drives: _Dr
 
 
 def _inertia_of(model: MjModel, data: MjData, joint: int) -> np.ndarray:
-    """A row of the matrix of inertia, [nv]."""
+    """Return a row of the matrix of inertia, [nv]."""
     row, unit = np.zeros(model.nv), np.zeros(model.nv)
     unit[joint] = 1.0
     mujoco.mj_mulM(model, data, row, unit)
@@ -396,7 +396,7 @@ def _remarks(legs: list[_Leg], robot: RobotStance) -> tuple[str, ...]:
 
 
 def _rounded(value: np.ndarray | float) -> float | tuple[float, ...]:
-    """A number, or numbers, of four digits, for people to read."""
+    """Round a number, or numbers, to four significant digits."""
     if isinstance(value, np.ndarray):
         return tuple(float(f"{round(x, 6) + 0.0:.4g}") for x in value.tolist())
     return float(f"{round(float(value), 6) + 0.0:.4g}")
