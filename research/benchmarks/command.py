@@ -111,7 +111,7 @@ _BENCHMARKS = "benchmarks"
 
 
 def _alternatives(current: str) -> tuple[str, ...]:
-    """The other engine, if it can be had here."""
+    """Return the other engine, if it is available here."""
     if current == NATIVE:
         return (XLA,)
     return () if why_not_native() else (NATIVE,)

@@ -18,7 +18,7 @@ from tegotae.systems.recipe import recipe
 
 
 def benchmark_controller() -> Controller:
-    """The ART controller of the benchmark: 96 weights."""
+    """Return the ART controller of the benchmark: 96 weights."""
     return recipe("ART").controller()
 
 
@@ -45,7 +45,7 @@ class Speed(NamedTuple):
 
 
 def engine_speed(lanes: int = 1024, duration_s: float = 10.0) -> Speed:
-    """The speed of this process's engine."""
+    """Measure the speed of this process's engine."""
     timing = Timing(duration_s=duration_s)
     rollout = Rollout(controller=benchmark_controller(), timing=timing, summary=totals)
     return timed(rollout, weights(lanes), Scenario(omega=5.0))
@@ -54,7 +54,7 @@ def engine_speed(lanes: int = 1024, duration_s: float = 10.0) -> Speed:
 def timed(
     rollout: Rollout, weights: np.ndarray, scenario: Scenario, body: Body | None = None
 ) -> Speed:
-    """The speed of an engine with one lane per row of weights, on a body."""
+    """Measure the speed of an engine with one lane per row of weights, on a body."""
     times, work = [], []
     for _ in range(4):
         begun, begun_work = time.perf_counter(), time.process_time()

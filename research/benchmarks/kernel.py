@@ -32,7 +32,7 @@ class KernelSpeed(NamedTuple):
 
 
 def compiler() -> str | None:
-    """A C++ compiler of this machine."""
+    """Return a C++ compiler of this machine."""
     return next(filter(None, map(shutil.which, ("g++", "clang++", "c++"))), None)
 
 
@@ -77,7 +77,7 @@ class CompiledKernel:
 
 
 def kernel_speed(lanes: int = 1024, duration_s: float = 10.0) -> KernelSpeed | None:
-    """The kernel's speed and the engine's beside it; None without a C++ compiler."""
+    """Measure the kernel's speed beside the engine's, or return None without a C++ compiler."""
     executable = compiler()
     if executable is None:
         return None

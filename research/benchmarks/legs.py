@@ -58,7 +58,9 @@ class LastFrame:
 
 
 def measure_body(name: str, body: Body, lanes: int, tick_s: float = WALKER_TICK_S) -> BodySpeed:
-    """A body under vanilla Tegotae, each lane from phases of its own; `tick_s` is of a walker."""
+    """Measure a body under vanilla Tegotae, each lane from its own phases; `tick_s` is that of a
+    walker.
+    """
     walks = isinstance(body, Walker)
     controller = dataclasses.replace(recipe("V-sector-w8").controller(), limbs=body.limbs)
     timing = Timing(duration_s=10.0)
@@ -85,7 +87,7 @@ def measure_bodies(lanes: int = 1024, bodies: Sequence[str] = tuple(BODIES)) -> 
 
 
 def mujoco(lanes: int = 256) -> list[BodySpeed]:
-    """The walker's bare twin in MuJoCo; none where it is not installed.
+    """Measure the walker's bare twin in MuJoCo, or return None if MuJoCo is not installed.
 
     MuJoCo steps its model under a command made beforehand, with nothing to feel and nothing
     recorded; the walker's row is the whole closed loop.

@@ -28,12 +28,12 @@ class LoopHopper:
         self.y, self.v, self.phase = 1.2, 0.0, 0.0
 
     def network(self, name: str, *x: float) -> float:
-        """One tanh layer."""
+        """Compute one tanh layer."""
         w = self.networks[name]
         return float(np.tanh(w[:, :-2] @ np.array(x) + w[:, -2]) @ w[:, -1])
 
     def step(self) -> tuple[float, float]:
-        """One control tick."""
+        """Advance one control tick."""
         p = self.hopper
         stance = self.y < p.rest_length_m
         spring = p.stiffness_n_per_m * (p.rest_length_m - self.y) if stance else 0.0

@@ -41,7 +41,7 @@ class MujocoSpeed(NamedTuple):
 
 
 def measure_environments(steps: int = 200) -> list[MujocoSpeed]:
-    """Threads, environments side by side in one process, and the plain loop, best of three.
+    """Measure threads, environments side by side in one process, and the plain loop, best of three.
 
     Raises:
         MissingExtraError: without MuJoCo or Stable-Baselines3.

@@ -53,7 +53,7 @@ def drive(body: Walker, place: np.ndarray, speed: np.ndarray) -> np.ndarray:
 
 
 def _put_feet(body: Walker, foot: EllipticFoot, phase: np.ndarray, data: MjData) -> None:
-    """The feet where they are commanded, or on the ground."""
+    """Place the feet where they are commanded, or on the ground."""
     slides = data.qpos[7:].reshape(len(phase), 3)
     place, _ = commanded(foot, phase, 0.0)
     slides[:, 0], slides[:, 2] = place[:, 0], np.maximum(place[:, 1], 0.0)
@@ -69,7 +69,8 @@ def walk(
     duration_s: float,
     settings: Settings | None = None,
 ) -> TwinWalk:
-    """The twin under vanilla Tegotae, from given phases, let go at the height of its legs.
+    """Walk with the twin under vanilla Tegotae, from given phases, released at the height of its
+    legs.
 
         φ̇_i = ω - σ max(0, K_z d_z) / (m g) · cos φ_i
 

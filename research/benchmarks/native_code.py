@@ -67,7 +67,7 @@ def programs() -> dict[str, Program]:
 
 
 def episode(controller: Controller, subject: Body) -> TracedEpisode:
-    """The closed loop with its totals."""
+    """Roll out the closed loop with its totals."""
     loop = ClosedLoop(controller, PredictorCorrector())
     recorder = Recorder.for_loop(controller, subject, NEEDS)
 
@@ -102,7 +102,7 @@ def core_seconds(function: Callable[[], Any]) -> float:
 def row(
     controller: Controller, body: Body, timing: Timing, weights: np.ndarray, scenario: Scenario
 ) -> list[float]:
-    """Core-seconds until code runs; ticks per core-second of 1, 2 and 3 vectors."""
+    """Return core-seconds until code runs, and ticks per core-second of 1, 2 and 3 vectors."""
 
     def numbers(tree: Any) -> Any:
         return jax.tree.map(lambda x: np.asarray(x, "float32"), tree)

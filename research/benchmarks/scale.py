@@ -36,7 +36,7 @@ With limbs it is vanilla Tegotae on a walker; of cores there are as many as the 
 
 
 def measure_point(axis: str, size: int) -> dict[str, float]:
-    """Rates, compiling and memory of one point, in this process."""
+    """Measure rates, compiling and memory of one point, in this process."""
     lanes = size if axis == "lanes" else LANES
     if axis == "limbs":
         side = np.linspace(0.85, -0.85, size // 2) if size > 2 else np.zeros(1)
@@ -63,7 +63,7 @@ def measure_point(axis: str, size: int) -> dict[str, float]:
 
 
 def measure_scaling() -> pd.DataFrame:
-    """A row a point: axis, size, and what `measure_point` returns."""
+    """Return one row per point: axis, size, and the result of `measure_point`."""
     rows = []
     for axis, sizes in AXES.items():
         for size in sizes:

@@ -69,13 +69,15 @@ def entries() -> None:
 
 
 def _write_c(exported: Any, place: str, prefix: str) -> None:
-    """The files that an entry in C consists of."""
+    """Write the files of an entry in C."""
     for ending in ("c", "h", "json"):
         write_text(ENTRIES / place / f"{prefix}.{ending}", exported.files[f"{prefix}.{ending}"])
 
 
 def _without_heading(law: SavedController) -> SavedController:
-    """The clock with balance on Go1's feet, at the wanted speed; the track has no heading."""
+    """Return the clock with balance on Go1's feet, at the wanted speed; the track has no
+    heading.
+    """
     weights, trained = np.array(law.weights), EnvExperiment.from_controller(law)
     names = [path[-1] for path in law.system.controller.weight_names]
     weights[..., names.index("yaw")] = 0.0
@@ -92,7 +94,7 @@ def _without_heading(law: SavedController) -> SavedController:
 
 
 def _write_network(name: str, file: Path) -> None:
-    """The single network of the paper, from load and velocity to force, as ONNX."""
+    """Write the single network of the paper, from load and velocity to force, as ONNX."""
     import onnx
     from onnx import TensorProto, helper, numpy_helper
 
@@ -138,7 +140,7 @@ def run() -> None:
 
 
 def report() -> None:
-    """The page's table, subject by subject, the best first."""
+    """Print the page's table, subject by subject, the best first."""
     scores = pd.read_csv(KEPT)
     order = {(str(entry), track): k for k, (_, track, entry, _) in enumerate(PLAN)}
     assert set(zip(scores["entry"], scores["track"], strict=True)) <= set(order)

@@ -20,7 +20,9 @@ NOT_FOR_USERS = ("all", "dev", "docs", "test")
 
 
 def closure(requirements: Iterable[str]) -> set[str]:
-    """The names of all distributions that requirements need, of those that are installed."""
+    """Return the names of the installed distributions that requirements need, directly or
+    indirectly.
+    """
     names: set[str] = set()
     visited: set[tuple[str, str]] = set()
     waiting = [Requirement(text) for text in requirements]

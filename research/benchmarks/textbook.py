@@ -48,7 +48,7 @@ class LibrarySine(PhaseOscillator):
 
 
 def textbook_controller() -> Controller:
-    """The ART controller of the benchmark, written this way."""
+    """Return the ART controller of the benchmark, in textbook style."""
     ours = recipe("ART").controller()
     terms = {
         role: ProductNetwork(term.inputs, term.hidden) if isinstance(term, Network) else term

@@ -43,7 +43,8 @@ class Settings:
 
 
 def description(body: Walker, settings: Settings | None = None, actuators: str = MOTORS) -> str:
-    """The model in MuJoCo's language: torso, feet on three slides each, actuated along x and z.
+    """Return the model in MuJoCo's language: torso, feet on three slides each, actuated along x and
+    z.
 
     Springs and dampers are those of the joints; a joint's damper MuJoCo integrates implicitly. A
     motor adds K c + D ċ for the command c, so that they work about the commanded foot. A position
@@ -131,5 +132,5 @@ def small_robot(length_m: float = 0.2, mass_kg: float = 1.5) -> Walker:
 
 
 def mjcf() -> str:
-    """The small robot, commanded by its feet's places."""
+    """Return the small robot, commanded by the places of its feet."""
     return description(small_robot(), actuators=SERVOS)

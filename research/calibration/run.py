@@ -186,7 +186,7 @@ def read(folder: Path) -> CalibrationTables:
 
 
 def found_by(scores: np.ndarray, share: float = SHARE) -> dict[str, CalibrationPosterior]:
-    """The posterior by each strictness."""
+    """Return the posterior of each strictness."""
     return {
         strictness.name: posterior(shortfalls(scores, strictness.target), share)
         for strictness in STRICTNESS
@@ -320,7 +320,7 @@ def _label(choice: AnalysisChoice, value: object) -> str:
 
 
 def _quantile(values: np.ndarray, weights: np.ndarray, share: float) -> float:
-    """A weighted quantile of the values that are known."""
+    """Return a weighted quantile of the known values."""
     values, weights = values[~np.isnan(values)], weights[~np.isnan(values)]
     order = np.argsort(values)
     reached = np.cumsum(weights[order]) / weights.sum()

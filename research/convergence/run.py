@@ -210,7 +210,7 @@ def study() -> list[dict]:
 
 
 def learned(saved: tegotae.SavedController) -> Law:
-    """A trained law as the solver takes it, from the equations and the weights alone."""
+    """Return a trained law in the solver's form, from the equations and the weights alone."""
     controller, body, weights = saved.controller, saved.body, np.asarray(saved.weights, float)
     parts = {role: weights[part] for role, part in controller.layout.items()}
     weight_n = body.mass_kg * body.gravity_m_per_s2
@@ -291,7 +291,7 @@ def summary(rows: list[dict]) -> list[dict[str, str]]:
 
 
 def write_table(rows: list[dict], path: Path) -> None:
-    """A CSV file."""
+    """Write a CSV file."""
     with path.open("w", newline="", encoding="utf-8") as file:
         table = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
         table.writeheader()
@@ -345,7 +345,7 @@ def _panel(axis, rows: list[dict]) -> None:
 
 
 def write_rows(rows: list[dict], path: Path) -> None:
-    """A table of cases, its measured numbers in four digits."""
+    """Write a table of cases, its measured numbers in four digits."""
     measured = ("amplification", "largest_apex_error_mm")
     write_table([{**row, **{key: f"{row[key]:.4g}" for key in measured}} for row in rows], path)
 

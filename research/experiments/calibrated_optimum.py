@@ -95,7 +95,7 @@ def best_runs(table: StudyTable) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 def draw(
     omega: np.ndarray, best: np.ndarray, gaits: dict[str, tuple[np.ndarray, np.ndarray]]
 ) -> Figure:
-    """CoT⁻¹ over hop frequency: the best known gait as a line, the study's models as marks."""
+    """Draw CoT⁻¹ over hop frequency: the best known gait as a line, the study's models as marks."""
     with styled():
         figure = new_figure(0.6 * PAGE_IN, 2.8)
         axes = figure.subplots()

@@ -121,14 +121,16 @@ class Figure3:
 
 
 def curves_of(folder: Path, arm: str) -> pd.DataFrame:
-    """The curves of an algorithm's trainings, by its name here; none of a folder that is not."""
+    """Return the curves of an algorithm's trainings by its name here, or none for a missing
+    folder.
+    """
     if not folder.is_dir():
         return pd.DataFrame(columns=COLUMNS)
     return read_curves([folder]).assign(algorithm=arm)
 
 
 def write(curves: pd.DataFrame, out: Path) -> None:
-    """The table of all points, the comparison and the figure."""
+    """Write the table of all points, the comparison and the figure."""
     write_csv(out / "figure3.csv", curves, digits=6)
     (out / "figure3.md").write_text(text(curves), encoding="utf-8")
     selection = curves[curves["algorithm"].isin(["pgpe-figure3", *AGENTS])]
@@ -167,7 +169,9 @@ def gaits(out: Path) -> dict[str, list[Any]]:
 
 
 def text(curves: pd.DataFrame) -> str:
-    """PGPE beside the agents: last and best policy, after some training, with 95 % intervals."""
+    """Return the table of PGPE beside the agents: last and best policy, after some training, with
+    95 % intervals.
+    """
     by = groups(curves)
     labels, over = ("policy", "algorithm", "runs", "simulated [s]"), ("over SAC", "over PPO")
     cells, best = (

@@ -39,7 +39,7 @@ def main() -> None:
 
 
 def text() -> str:
-    """The table of the page, from the kept one."""
+    """Return the page's table, from the kept one."""
     table = read_csv(KEPT / "optimum.finer.csv")
     ratio = np.array(table["ratio"], float)
     lines = ["| ω [rad/s] | finer over kept |", "|---|---|"]

@@ -109,7 +109,7 @@ class Explained:
 
 
 def cells() -> list[Explained]:
-    """The runs with feedback."""
+    """Return the runs with feedback."""
     return [
         Explained(model, run)
         for model, count in study_of(STUDY).models.items()

@@ -63,7 +63,7 @@ DEFAULTS = {
 
 
 def rollouts(window_s: float) -> list:
-    """The episodes of both actuations: trajectory and time of the drop."""
+    """Return the episodes of both actuations: trajectory and time of the drop."""
     protocol = dataclasses.replace(DEFAULT, undisturbed_s=window_s, disturbed_s=window_s)
     sigma, omega = (x.ravel() for x in np.meshgrid(SIGMAS, OMEGAS))
     return [

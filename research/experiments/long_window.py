@@ -47,7 +47,9 @@ class LongWindow:
 
 
 def compared(record: Record) -> list[tuple[str, int, float, float]]:
-    """Model, run, CoT⁻¹ in training and over the long window [m/J], of gaits that settle."""
+    """Return model, run, and CoT⁻¹ in training and over the long window [m/J], of gaits that
+    settle.
+    """
     fitness, cot = (record.curves[f"centre_{name}"] for name in ("fitness", "cot_inverse"))
     best = np.nanargmax(fitness, axis=0)
     at_omega_t = len(record.omega) // 2

@@ -52,12 +52,12 @@ COLUMNS = (
 
 
 def as_for_96(size: int) -> PGPE:
-    """The tuned settings."""
+    """Return the settings tuned for 96 weights, as they are used at this size."""
     return tuned("pgpe")
 
 
 def scaled(size: int) -> PGPE:
-    """The tuned settings, with a deviation for this many weights."""
+    """Return the tuned settings with a deviation for this many weights."""
     settings = tuned("pgpe")
     return dataclasses.replace(settings, std=settings.std * math.sqrt(BUDGET / size))
 
@@ -158,7 +158,7 @@ class ParameterLimit:
             rows = list(csv.DictReader(stream))
 
         def column(name: str) -> np.ndarray:
-            """[generations, seeds]; NaN after a run's end."""
+            """Return a column, [generations, seeds]; NaN after a run's end."""
             values = [[float(r[name]) for r in rows if int(r["seed"]) == s] for s in run.seeds]
             longest = max(map(len, values))
             return np.array([series + [np.nan] * (longest - len(series)) for series in values]).T
@@ -179,7 +179,9 @@ class ParameterLimit:
 
 
 def write_tables(trainings: list[Trained], out: Path) -> None:
-    """`parameter_limit.csv`: a row per training; `parameter_limit_curves.csv`: means over seeds."""
+    """Write `parameter_limit.csv`, a row per training, and `parameter_limit_curves.csv`, means over
+    seeds.
+    """
     with (out / "parameter_limit.csv").open("w", newline="", encoding="utf-8") as stream:
         table = csv.writer(stream, lineterminator="\n")
         table.writerow(COLUMNS)

@@ -152,7 +152,7 @@ class Plateau:
 
 
 def _from(run: Run, weights: np.ndarray) -> Progress:
-    """The start of a search around these weights, [seeds, n_weights]."""
+    """Return the start of a search around these weights, [seeds, n_weights]."""
     start = run.learner.start(run.experiment, run.seeds)
     keys = jax.vmap(jax.random.key)(jnp.asarray(run.seeds))
     search = jax.vmap(run.learner.algorithm.start)(keys, jnp.asarray(weights))
@@ -191,8 +191,9 @@ def _rows(
 
 
 def draw(table: Mapping[str, np.ndarray]) -> Figure:
-    """A panel a model, a row a setting: the best fitness of every run at the end, and the means
-    over runs there and after 5120 episodes."""
+    """Draw one panel per model and one row per setting: the best fitness of every run at the end,
+    and the means over runs there and after 5120 episodes.
+    """
     models, names = (list(dict.fromkeys(table[name])) for name in ("model", "setting"))
     with styled():
         figure = new_figure(PAGE_IN, 0.9 + 0.22 * len(names))

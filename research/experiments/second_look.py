@@ -50,7 +50,7 @@ HORIZON_S = 5.0
 
 
 def suited(settings: AgentSettings) -> AgentSettings:
-    """The tuned settings, with what suits an agent."""
+    """Return the tuned settings with those that suit an agent."""
     changed = dataclasses.replace(
         settings,
         critic_senses=("velocity", "height"),

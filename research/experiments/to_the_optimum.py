@@ -77,7 +77,7 @@ class ToTheOptimum:
 
 
 def runs_by_criterion(record: Record) -> dict[str, int]:
-    """The run of highest fitness, and that of highest CoT⁻¹ at ω_t in the evaluation."""
+    """Return the run of highest fitness, and that of highest CoT⁻¹ at ω_t in the evaluation."""
     at_omega_t = len(record.omega) // 2
     cot = np.nan_to_num(record.episodes["cot_inverse"][:, at_omega_t], nan=-1.0)
     indices = {"by fitness": int(np.argmax(record.best_fitness)), "best": int(np.argmax(cot))}
@@ -87,7 +87,7 @@ def runs_by_criterion(record: Record) -> dict[str, int]:
 
 
 def orbit_of(record: Record, run: int) -> Orbit | None:
-    """The limit cycle of a run at ω_t; None if it has none."""
+    """Return the limit cycle of a run at ω_t, or None if it has none."""
     try:
         return find_orbit(SavedController(record.experiment.system, record.weights[run]))
     except NoLimitCycleError:
@@ -106,7 +106,7 @@ def budget_of(orbit: Orbit) -> dict[str, float]:
 
 
 def budget(rate: float, climb_m: float, work_j: float, taken_back_j: float) -> dict[str, float]:
-    """A cycle's hop rate, CoT⁻¹ and energies per climbed metre."""
+    """Return a cycle's hop rate, CoT⁻¹ and energies per climbed metre."""
     return {
         "hop_rate_rad_per_s": rate,
         "cot_inverse_m_per_j": climb_m / work_j,
@@ -117,7 +117,7 @@ def budget(rate: float, climb_m: float, work_j: float, taken_back_j: float) -> d
 
 
 def optimal(omega: float) -> tuple[dict[str, float], dict[str, np.ndarray]]:
-    """The best gait of one hop that optimisation finds: its budget and its stance."""
+    """Return the best gait of one hop that optimisation finds: its budget and its stance."""
     gait = optimise(BODY, omega)
     height, force = np.append(gait.height_m[0], 0.0), gait.force_n[0]
     # The force is constant in an interval, and no interval has a turn of the motion.
@@ -128,7 +128,7 @@ def optimal(omega: float) -> tuple[dict[str, float], dict[str, np.ndarray]]:
 
 
 def markdown(budgets: pd.DataFrame) -> str:
-    """The budgets, a row a gait."""
+    """Return the budgets as Markdown, one row per gait."""
     head = ["gait", "hop rate [rad/s]", "CoT⁻¹ [m/J]", "work [J/m]", "damper [J/m]"]
     lines = [[*head, "taken back, twice [J/m]"]]
     for row in budgets.to_dict("records"):
@@ -138,7 +138,7 @@ def markdown(budgets: pd.DataFrame) -> str:
 
 
 def figure(budgets: pd.DataFrame, forces: dict[str, dict[str, np.ndarray]]) -> Figure:
-    """CoT⁻¹ over hop rate beside the optimum, and the forces over a stance."""
+    """Draw CoT⁻¹ over hop rate beside the optimum, and the forces over a stance."""
     page = new_figure(PAGE_IN, 3.6)
     left_axes, right_axes = page.subplots(1, 2)
     draw_optimum(left_axes, curve())

@@ -80,14 +80,14 @@ def _mean(values: np.ndarray) -> float:
 
 
 def estimates_of_readings() -> dict[str, dict[tuple[str, str, str], Interval]]:
-    """The summary of each reading, by its name."""
+    """Return the summary of each reading, by its name."""
     return {
         name: summary(read_study_csv(path), weight) for name, (path, weight) in READINGS.items()
     }
 
 
 def draw(readings: dict[str, dict[tuple[str, str, str], Interval]]) -> Figure:
-    """A panel a metric; a pair of marks an architecture, one of each reading."""
+    """Draw one panel per metric and a pair of marks per architecture, one for each reading."""
     with styled():
         metrics = {name: label for name, label in METRICS.items() if name != "efficiency"}
         figure = new_figure(PAGE_IN, 1.2 * len(metrics) + 0.5)
@@ -128,7 +128,7 @@ def draw(readings: dict[str, dict[tuple[str, str, str], Interval]]) -> Figure:
 
 
 def text(readings: dict[str, dict[tuple[str, str, str], Interval]]) -> str:
-    """The table of the page: efficiency, settling and transients of both, by architecture."""
+    """Return the page's table: efficiency, settling and transients of both, by architecture."""
     metrics = ("efficiency", "t0_s", "t1_s")
     lines = [["", *(f"{METRICS[m]}, {r}" for m in metrics for r in readings)]]
     for architecture, observation in PLACES:

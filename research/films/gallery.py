@@ -23,7 +23,7 @@ COLOURS = 256
 
 
 def shrunk(picture: Image.Image) -> Image.Image:
-    """The picture no wider than the page needs, in few colours."""
+    """Shrink a picture to the page's width and to few colours."""
     if picture.width > WIDTH:
         height = round(picture.height * WIDTH / picture.width)
         picture = picture.resize((WIDTH, height), Image.Resampling.LANCZOS)

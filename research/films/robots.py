@@ -69,7 +69,7 @@ class Films:
 
 
 def of_robot(robot: str) -> Iterator[np.ndarray]:
-    """A walker's law on a robot, without training."""
+    """Yield pictures of a walker's law on a robot, without training."""
     legs, omega = ROBOTS[robot]
     feet = [f"{leg}_foot" for leg in legs.split()] or ["foot"]
     model = str(ROOT / "examples" / "robots" / f"{robot}.xml")
@@ -86,7 +86,7 @@ def of_robot(robot: str) -> Iterator[np.ndarray]:
 
 
 def of_go1(speed_m_per_s: float, condition: Condition, begin_s: float) -> Iterator[np.ndarray]:
-    """Go1 under the selected run of the final law."""
+    """Yield pictures of Go1 under the selected run of the final law."""
     run = calibrated(runs_of(ADAPTED)[SELECTED])
     omega = run.pace.omega_at(np.array([speed_m_per_s]))
     course, alive = Course(condition, [START], begin_s + SECONDS), np.ones(1, bool)

@@ -82,11 +82,11 @@ class Run:
         return self.channels[name]
 
     def frame(self, time_s: float) -> int:
-        """The first frame that is not earlier."""
+        """Return the first frame that is not earlier than a time."""
         return min(int(np.searchsorted(self.time_s, time_s - 1e-6)), len(self.time_s) - 1)
 
     def since(self, time_s: float, back_s: float) -> slice:
-        """The frames of the time before."""
+        """Return the frames of the time before."""
         return slice(self.frame(max(time_s - back_s, 0.0)), self.frame(time_s) + 1)
 
     @property
@@ -96,7 +96,7 @@ class Run:
 
 
 def rollout(system: System, weights: Any, seconds: float, **changes: Any) -> Run:
-    """A system of one leg, recorded for so long."""
+    """Record a system of one leg for a duration."""
     timing = Timing(duration_s=math.ceil(seconds), frame_s=0.01)
     system = replace(system, {"timing": timing})
     omega = changes.pop("from_omega", None)
@@ -148,7 +148,7 @@ def _bare(axes: Axes) -> None:
 
 
 def hop(figure: Figure, seconds: float) -> Playing:
-    """A learned hopper, its portrait and the force on the ground; the ground drops halfway."""
+    """Show a learned hopper, its portrait and the force on the ground; the ground drops halfway."""
     saved = resolve("zoo:ART-rF-tphif-w4/0").controller()
     drop = {"drop_m": 0.1, "drop_time_s": 0.5 * seconds}
     run = rollout(saved.system, saved.weights, seconds, **drop)
@@ -187,7 +187,7 @@ PARKED = 0.1
 
 
 def latch(figure: Figure, seconds: float) -> Playing:
-    """The five-number law that parks its phase: once in flight, once in stance."""
+    """Show the five-number law that parks its phase: once in flight, once in stance."""
     table = read_csv(STATIC / "law_map" / "laws.csv")
     of_form = (table["form"] == "latch") & (table["subject"] == "study")
     of_law = of_form & (parse_numbers(table["omega"]) == 4.0)
@@ -254,7 +254,9 @@ def locked(omegas: np.ndarray) -> np.ndarray:
 
 
 def tongue(figure: Figure, seconds: float) -> Playing:
-    """The command falls: a clock and a learned controller, their hop rates, and the tongue."""
+    """Show a falling command: a clock and a learned controller, their hop rates, and the Arnold
+    tongue.
+    """
     saved = resolve("zoo:ART-rF-tphif-w4/0").controller()
     clock = recipe("clock-w8")
     total = math.ceil(seconds)
@@ -372,7 +374,7 @@ class Walk:
 
 
 def gaits(figure: Figure, seconds: float) -> Playing:
-    """A walker whose command rises by steps: walk, trot, gallop."""
+    """Show a walker whose command rises by steps: walk, trot, gallop."""
     legged, trajectory, names, levels, timing = risen()
     shape = pose(legged.body, trajectory).along_torso()
     walk = Walk(figure, shape, legged.names)
@@ -401,7 +403,7 @@ LOST = "LH"
 
 
 def lost_leg(figure: Figure, seconds: float) -> Playing:
-    """A quadruped that loses its left hind leg, and walks on."""
+    """Show a quadruped that loses its left hind leg, and walks on."""
     saved = resolve("zoo:lost-leg:feels-tilt@quadruped-c").controller()
     run = loses(settling(saved.system, saved.weights), LOST)
     t, frame_s = run.trajectory, run.timing.frame_s
@@ -432,7 +434,7 @@ GO1 = ROOT / "research" / "benchmarks" / "entries" / "go1" / "balanced-trot.json
 
 
 def go1(figure: Figure, seconds: float) -> Playing:
-    """Go1 under the eight numbers, with the force on each of its feet."""
+    """Show Go1 under the eight numbers, with the force on each of its feet."""
     from tegotae.training.environments.experiment import EnvExperiment
     from tegotae.training.environments.replay import replay
 

@@ -71,7 +71,7 @@ def show(name: str) -> None:
 
 
 def markdown(name: str, families: list[str], speeds: tuple[float, ...]) -> str:
-    """The costs of families at some speeds, in Markdown."""
+    """Return the costs of families at some speeds, in Markdown."""
     lines = [["speed", *(f"{v:g}" for v in speeds)]]
     for family in families:
         curve = front(name, family)

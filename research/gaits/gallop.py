@@ -68,7 +68,9 @@ def pitch_rate(body: Walker) -> float:
 
 @needing("spring_force_n", "phase_rad", "time_s", "failed")
 def harmonics(trajectory: Any, scenario: Any, body: Any, timing: Timing) -> Any:
-    """⟨N cos φ⟩ and ⟨N sin φ⟩ of every leg over the last whole strides, and its last phase."""
+    """Return ⟨N cos φ⟩ and ⟨N sin φ⟩ of every leg over the last whole strides, and its last
+    phase.
+    """
     t = trajectory
     stride = 2.0 * jnp.pi / scenario.omega
     span = jnp.floor(0.5 * timing.duration_s / stride) * stride
@@ -118,7 +120,9 @@ def coupling(legged: Legged) -> list[dict[str, Any]]:
 
 
 def fitted(loads: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, float]:
-    """G of ⟨N_i exp(-i φ_i)⟩ = ½ Σ_j G_ij exp(i (φ_j - φ_i)), and the share that it explains."""
+    """Fit G of ⟨N_i exp(-i φ_i)⟩ = ½ Σ_j G_ij exp(i (φ_j - φ_i)); return it and the share that it
+    explains.
+    """
     matrix, residual, total = np.zeros((4, 4), complex), 0.0, 0.0
     for i in range(4):
         phasors = np.exp(1j * (phase - phase[i])).T
@@ -130,7 +134,7 @@ def fitted(loads: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def averaged(matrix: np.ndarray, legged: Legged) -> str:
-    """The gait in which most of 64 random starts of the averaged equations end."""
+    """Return the gait in which most of 64 random starts of the averaged equations end."""
     phase = random_phases(4, 64, 1)
     for _ in range(5000):
         phasors = np.exp(1j * (phase[None] - phase[:, None]))
@@ -141,7 +145,7 @@ def averaged(matrix: np.ndarray, legged: Legged) -> str:
 
 
 def emerged(legged: Legged) -> list[dict[str, Any]]:
-    """The gait of 12 random starts with feedback at every frequency."""
+    """Return the gait of 12 random starts with feedback at every frequency."""
     starts = 12
     phase = np.tile(random_phases(4, starts), len(OMEGAS))
     scenario = legged.scenario(phase)._replace(omega=np.repeat(OMEGAS, starts))
@@ -168,7 +172,7 @@ _OF_GAIT = ("speed_m_per_s", "cost_of_transport", "duty_factor", "flight_share",
 
 
 def commonest(names: np.ndarray) -> tuple[str, int]:
-    """The most common name, and how often it occurs."""
+    """Return the most common name, and how often it occurs."""
     gaits, counts = np.unique(names, return_counts=True)
     return str(gaits[counts.argmax()]), int(counts.max())
 
@@ -186,7 +190,7 @@ def modes() -> None:
 def released(
     legged: Legged, bodies: dict[str, np.ndarray], tuned: dict[str, np.ndarray], starts: int
 ) -> Any:
-    """The coordination of bodies whose numbers differ, from the same random releases.
+    """Return the coordination of bodies with different numbers, from the same random releases.
 
     Args:
         legged: the system.
@@ -211,7 +215,7 @@ def released(
 
 
 def own_numbers(legged: Legged, omega: np.ndarray) -> dict[str, np.ndarray]:
-    """The system's gain and ellipse at frequencies."""
+    """Return the system's gain and ellipse at frequencies."""
     return front_family(legged, "vanilla ellipse").numbers(legged, {"omega": omega})
 
 
@@ -260,7 +264,7 @@ def mapped() -> None:
 
 
 def possible(legged: Legged, bodies: dict[str, np.ndarray]) -> np.ndarray:
-    """The numbers of the bodies that can be, at the system's tick."""
+    """Return the numbers of those bodies that are possible, at the system's tick."""
     able = []
     for k in range(next(iter(bodies.values())).shape[-1]):
         fields = {
@@ -373,7 +377,7 @@ def outcome(legged: Legged, drawn_bodies: dict[str, np.ndarray]) -> dict[str, np
 
 
 def of_system(legged: Legged) -> dict[str, np.ndarray]:
-    """The numbers of a system's body and foot, as those of one body of the search."""
+    """Return the numbers of a system's body and foot as those of one body of the search."""
     body: Any = legged.body
     values = {name: np.array([getattr(body, name)]) for name in (*VARIED, "com_x_m", "com_z_m")}
     values |= {"reach": np.array([body.hips_x_m[0]]), "breadth": np.array([body.hips_y_m[0]])}

@@ -81,7 +81,7 @@ class Gait:
 
 
 def largest_lag_difference(a: np.ndarray, b: np.ndarray) -> float:
-    """The largest difference of lags, the short way round."""
+    """Return the largest difference of lags, modulo a turn."""
     return float(np.abs((a - b + 0.5) % 1.0 - 0.5).max())
 
 
@@ -164,7 +164,7 @@ def twin_rows(name: str, path: dict[str, np.ndarray]) -> list[dict[str, Any]]:
 
 
 def write(rows: list[dict[str, Any]], path: Path) -> None:
-    """A table."""
+    """Write a table."""
     with path.open("w", newline="", encoding="utf-8") as stream:
         table = csv.DictWriter(stream, rows[0], lineterminator="\n")
         table.writeheader()

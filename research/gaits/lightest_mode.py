@@ -66,7 +66,7 @@ class Leg(NamedTuple):
 
 
 def listen(law: str) -> Leg:
-    """The leg's limit cycle, its response to small pushes, and what they make together.
+    """Measure the leg's limit cycle, its response to small pushes, and their combination.
 
     H(ψ) = (1/T) ∫ Z(t) F(t + ψ T / 2π) dt, with Z the shift of phase by an impulse [rad/(N s)], and
     F the force of the leg on the body [N], here the mass times its acceleration and gravity.
@@ -127,7 +127,7 @@ def evenness(legs: dict[str, Leg]) -> list[dict]:
 
 
 def predicted(leg: Leg, gait: str, mode: str, lightness: dict[str, float]) -> float:
-    """The rate at which a gait's disturbance by a mode grows [1/s], by averaging.
+    """Predict the growth rate of a gait's disturbance by a mode [1/s], by averaging.
 
     λ = a ε_k + b (ε_gk - ε_g), a = (H'(0) + H'(π)) / 2, b = (H'(0) - H'(π)) / 2.
     """
@@ -312,7 +312,7 @@ def plates(law: str) -> list[dict]:
 
 
 def narrow(row: dict) -> dict:
-    """A row of the page's table: the three ratios in one cell."""
+    """Return a row of the page's table, the three ratios in one cell."""
     ratios = (row[f"{mode}_inertia_ratio"] for mode in ("pitch", "roll", "twist"))
     counts = {name: row[name] for name in ("lightest", *MODES, "other")}
     return {

@@ -142,7 +142,7 @@ def main() -> None:
 
 
 def table_text() -> str:
-    """The table of the page, from the kept one."""
+    """Return the table of the page, from the kept one."""
     table = read_csv(OUT / "walker_cost.csv")
     rows = [dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)]
     titles = (

@@ -84,7 +84,7 @@ def run(study: Place, out: Path) -> None:
 
 
 def varied(experiment: Experiment) -> Experiment:
-    """An experiment under changing conditions."""
+    """Return an experiment under changing conditions."""
     conditions = CONDITIONS
     if experiment.omega is not None:
         near = (0.85 * experiment.omega, 1.15 * experiment.omega)
@@ -95,7 +95,7 @@ def varied(experiment: Experiment) -> Experiment:
 
 
 def run_of(experiment: Experiment) -> Run:
-    """A training of it, by the settings of the kept study."""
+    """Return a training of it, by the settings of the kept study."""
     return Run(
         experiment=experiment,
         seeds=SEEDS,
@@ -208,7 +208,7 @@ def undisturbed_text(rows: Sequence[dict]) -> str:
 
 
 def _interval(row: dict) -> str:
-    """The interval of a mean; nothing of a single run."""
+    """Return the interval of a mean, or nothing for a single run."""
     return "" if np.isnan(row["low"]) else f" [{row['low']:.3f}, {row['high']:.3f}]"
 
 

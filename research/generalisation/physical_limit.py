@@ -43,7 +43,7 @@ FREE = 1000.0
 
 
 def cases() -> Iterator[tuple[str, float, float]]:
-    """Condition, level and frequency as it is trained [rad/s]."""
+    """Yield condition, level and trained frequency [rad/s]."""
     for name in ("omega", *FIELDS):
         disturbance = CATALOGUE[name]
         for level in sorted({disturbance.neutral, *disturbance.levels}):
@@ -51,7 +51,7 @@ def cases() -> Iterator[tuple[str, float, float]]:
 
 
 def disturbed(name: str, level: float) -> Hopper:
-    """The hopper under a condition."""
+    """Return the hopper under a condition."""
     body = Hopper()
     if name == "omega":
         return body
@@ -78,7 +78,7 @@ def row(name: str, level: float, omega: float) -> dict[str, Any]:
 
 
 def text() -> str:
-    """The table of the page, from the kept one."""
+    """Return the table of the page, from the kept one."""
     table = read_csv(KEPT / "possible.csv")
     rows = [dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)]
     titles = ["condition", "level"]

@@ -67,13 +67,13 @@ def measure(study: Place, out: Path, only: int | None = None) -> None:
 
 
 def ordered(controllers: Sequence[ControllersUnderTest]) -> list[ControllersUnderTest]:
-    """The plain models first, so that a stopped run has something of every architecture."""
+    """Return the plain models first, so that a stopped run has some of every architecture."""
     plain = {experiment.name: i for i, experiment in enumerate(plan("quick").experiments)}
     return sorted(controllers, key=lambda item: plain.get(item.name, len(plain)))
 
 
 def architecture(tested: Tested) -> str:
-    """The architecture of a set's model."""
+    """Return the architecture of a set's model."""
     return study_recipes()[tested.name].terms.architecture
 
 
@@ -132,7 +132,7 @@ def show() -> None:
 
 
 def rows_of(file: Path) -> list[dict]:
-    """A kept table, its numbers as such."""
+    """Return a kept table, its numbers as floats."""
     table = read_csv(file)
     words = ("architecture", "condition", "side")
     return [
@@ -144,7 +144,8 @@ def rows_of(file: Path) -> list[dict]:
 
 
 def margins_figure(moves: Sequence[dict], keeps: Sequence[dict]) -> Figure:
-    """A panel a condition: up to which levels more than half of the runs hop, and keep their gait.
+    """Draw one panel per condition: up to which levels more than half of the runs hop, and keep
+    their gait.
 
     The open end of a bar leads to the next level, where half have failed; thin lines are 95 %
     intervals over runs.
@@ -193,7 +194,7 @@ def _margins(
     colour: str,
     label: str,
 ) -> None:
-    """The bars of one measure, an architecture each, and the intervals of their ends."""
+    """Draw the bars of one measure, one per architecture, with the intervals of their ends."""
     levels = [disturbance.neutral, *disturbance.levels]
     edges = min(levels), max(levels)
     for row in rows:
@@ -288,7 +289,7 @@ def deploy_text(outcome: Retention) -> str:
 
 
 def pivoted(rows: Sequence[dict], text_of: Callable[[dict], str]) -> str:
-    """A table in Markdown: a row a condition and side, a column an architecture."""
+    """Return a table in Markdown: one row per condition and side, one column per architecture."""
     names = [name for name in GROUPS if any(row["architecture"] == name for row in rows)]
     cells = {(row["condition"], row["side"], row["architecture"]): row for row in rows}
     lines = []

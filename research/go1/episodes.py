@@ -60,7 +60,7 @@ class Ground(ModelSettings):
     finer: bool = False
 
     def spec(self) -> MjSpec:
-        """The `MjSpec`."""
+        """Return the `MjSpec`."""
         import mujoco
 
         spec = super().spec()
@@ -75,7 +75,7 @@ class Ground(ModelSettings):
 
 
 def model_of(condition: Condition, layout: int = 0) -> tuple[ModelSettings, MjModel]:
-    """The settings, and the model under a condition."""
+    """Return the settings, and the model under a condition."""
     fields = {field.name: getattr(SETTINGS, field.name) for field in dataclasses.fields(SETTINGS)}
     settings = Ground(**fields, blocks_m=condition.blocks_m, layout=layout, finer=condition.finer)
     model = sensing(settings).model
@@ -128,7 +128,9 @@ class Course:
                 self.phases[:, lane] = self._draws[lane].uniform(0.0, 2.0 * np.pi, len(FEET))
 
     def felt(self, read: Sequence[int]) -> np.ndarray:
-        """The observations as felt: late, and noisy where they are read, [lanes, entries]."""
+        """Return the observations as felt: late, and noisy where they are read, [lanes,
+        entries].
+        """
         felt, noise = self._past[0].copy(), self._condition.noise
         if noise and self._taken.any():
             self._scale[read] = np.maximum(self._scale[read], np.abs(felt[:, read]).mean(axis=0))
@@ -137,7 +139,7 @@ class Course:
         return felt
 
     def step(self, actions: np.ndarray, alive: np.ndarray) -> np.ndarray:
-        """A step of the lanes that are alive; which of all stand, [lanes]."""
+        """Advance the lanes that are alive; return for all lanes whether they stand, [lanes]."""
         time_s, push_n = self._taken * self.step_s, np.zeros((len(alive), 3))
         leftward = (time_s >= 5.0) & (time_s < 5.0 + PUSH_S)
         right = (time_s >= 15.0) & (time_s < 15.0 + PUSH_S)
@@ -171,7 +173,9 @@ class Driver(Protocol):
         ...
 
     def act(self, observed: np.ndarray) -> np.ndarray:
-        """The places of the feet [m], [lanes, actions], of observations [lanes, entries]."""
+        """Return the places of the feet [m], [lanes, actions], from observations [lanes,
+        entries].
+        """
         ...
 
 

@@ -71,11 +71,11 @@ class Pace:
         return self.stride_m * (1.0 - self.still_rad_per_s / omega)
 
     def wanted_m_per_s(self, omega: np.ndarray) -> np.ndarray:
-        """The speed that commands [rad/s] mean."""
+        """Return the speed that corresponds to commands [rad/s]."""
         return self.slope_m * (omega - self.still_rad_per_s)
 
     def omega_at(self, speed_m_per_s: np.ndarray) -> np.ndarray:
-        """The commands [rad/s] that mean a speed."""
+        """Return the commands [rad/s] that correspond to a speed."""
         return self.still_rad_per_s + speed_m_per_s / self.slope_m
 
 
@@ -92,7 +92,7 @@ class MeasuredPace:
     speed: np.ndarray
 
     def omega_at(self, speed_m_per_s: np.ndarray) -> np.ndarray:
-        """The commands [rad/s] that mean a speed."""
+        """Return the commands [rad/s] that correspond to a speed."""
         return np.interp(speed_m_per_s, self.speed, self.omega)
 
 
@@ -145,7 +145,7 @@ class Policy:
         self.phase = self._clock + TROT_RAD[:, None]
 
     def act(self, observed: np.ndarray) -> np.ndarray:
-        """The places of the feet [m], [lanes, actions]."""
+        """Return the places of the feet [m], [lanes, actions]."""
         x = inputs_of(observed[:, self.read], self._clock, self._omega)
         for k in range(2):
             x = np.tanh(x @ self._actor[f"w{k}"] + self._actor[f"b{k}"])

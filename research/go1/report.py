@@ -64,13 +64,14 @@ def behind(rows: pd.DataFrame) -> pd.Series:
 
 
 def reached(rows: pd.DataFrame) -> np.ndarray:
-    """The mean speeds [m/s] of a law as it is, by command."""
+    """Return the mean speeds [m/s] of a law on the undisturbed robot, by command."""
     undisturbed = rows[rows.condition == UNDISTURBED]
     return undisturbed.groupby("wanted_m_per_s").speed_m_per_s.mean().to_numpy()
 
 
 def cost_at(speeds: np.ndarray, rows: pd.DataFrame) -> pd.Series:
-    """The mean cost of transport at these speeds [m/s] as it is, of every law and run.
+    """Return the mean cost of transport at these speeds [m/s] on the undisturbed robot, of every
+    law and run.
 
     It is linear between the speeds of two commands; what is slower than the fastest of these speeds
     has the cost of its own fastest there.
@@ -84,7 +85,9 @@ def cost_at(speeds: np.ndarray, rows: pd.DataFrame) -> pd.Series:
 
 
 def laws_table(records: pd.DataFrame) -> str:
-    """A row a law: all conditions but random phases, of which falls are apart."""
+    """Return one row per law: all conditions but random phases, whose falls have a column of their
+    own.
+    """
     head = ["law", "sensors", "parameters", "falls [95 % interval]", "random phases", "speed [m/s]"]
     head += ["lags", "CoT, at PPO's speeds"]
     lines, speeds = [head], reached(records[records.law == PPO])
@@ -102,7 +105,9 @@ def astray(rows: pd.DataFrame) -> pd.Series:
 
 
 def headings(records: pd.DataFrame) -> str:
-    """A row a law: where its episodes head at their end, under all conditions but random phases."""
+    """Return one row per law: the headings at the end of episodes, under all conditions but random
+    phases.
+    """
     share, runs = "more than 90° off [95 % interval]", "episodes of each run"
     lines = [["law", share, runs, "median error [rad]", "undisturbed"]]
     from_trot = records[records.condition != RANDOM_PHASES]
@@ -145,7 +150,9 @@ def line_of(law: Law, rows: pd.DataFrame, speeds: np.ndarray) -> list[str]:
 
 @styled()
 def figure(rows: pd.DataFrame) -> Figure:
-    """A row a law: falls under every condition; speed and cost on the robot as it is."""
+    """Draw one row per law: falls under every condition; speed and cost on the undisturbed
+    robot.
+    """
     names = list(LAWS)
     drawn = new_figure(PAGE_IN, 0.3 * PAGE_IN + 0.17 * len(names))
     falls, *gait = drawn.subplots(1, 3, sharey=True, width_ratios=(2.0, 1.0, 1.0))

@@ -68,19 +68,19 @@ class Run:
 
 
 def run_of(wiring: Wiring) -> Run:
-    """A law on the limbs of the robot."""
+    """Return a law on the limbs of the robot."""
     weights = np.ravel(wiring.weights)[None]
     return Run(lambda lanes: by_law(wiring, np.repeat(weights, lanes, axis=0)), pace_of(wiring))
 
 
 def network_run(seed: int) -> Run:
-    """A trained network."""
+    """Return a trained network."""
     actor = dict(np.load(LAWS_FOLDER / f"ppo-{seed}.npz"))
     return Run(lambda _: lambda course, omega, __: Policy(actor, course, omega), PACED, line=False)
 
 
 def runs_of(name: str) -> dict[int, Run]:
-    """The runs of a law of the plan, by their seeds."""
+    """Return the runs of a law of the plan, by their seeds."""
     if name == PPO:
         files = sorted(LAWS_FOLDER.glob("ppo-*.npz"))
         return {seed: network_run(seed) for seed in (int(f.stem[4:]) for f in files)}
@@ -116,7 +116,7 @@ def measured(
     starts: tuple[int, ...] = STARTS,
     seconds: float = SECONDS,
 ) -> list[Row]:
-    """A row a command and start, with the columns of its identity first."""
+    """Return one row per command and start, with the columns of its identity first."""
     cells = list(product(SPEEDS, starts))
     target, seeds = (np.array(column) for column in zip(*cells, strict=True))
     omegas = run.pace.omega_at(target)

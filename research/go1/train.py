@@ -47,7 +47,7 @@ SLOWEST, FASTEST = 5.0, 50.0
 
 
 def untrained() -> Wiring:
-    """The robot's limbs under the ellipse that all trainings begin with."""
+    """Return the robot's limbs under the ellipse with which all trainings begin."""
     controller = recipe("clock-p@quadruped-c").controller()
     base = resolve("quadruped-c").controller()
     system = dataclasses.replace(base.system, controller=controller)
@@ -56,12 +56,12 @@ def untrained() -> Wiring:
 
 
 def wiring_of(law: SavedController) -> Wiring:
-    """The robot's limbs under a law that was trained on it."""
+    """Return the robot's limbs under a law that was trained on it."""
     return dataclasses.replace(EnvExperiment.from_controller(law).wiring, weights=law.weights)
 
 
 def trained(stem: str) -> dict[int, SavedController]:
-    """The runs of a law, by their seeds."""
+    """Return the runs of a trained law, by their seeds."""
     files = sorted(LAWS_FOLDER.glob(f"{stem}-*.json"))
     return {int(f.stem.rpartition("-")[2]): resolve(str(f)).controller() for f in files}
 

@@ -91,7 +91,7 @@ def summary_text(summary: pd.DataFrame) -> str:
 
 
 def named_text(rows: pd.DataFrame) -> str:
-    """Tegotae's law, and the trained ones beside it."""
+    """Return the text on Tegotae's law, and on the trained ones beside it."""
     merits = ("merit, best", "median", "five commands, best", "median")
     lines = [["body", "ω", "law", "runs", *merits]]
     for (subject, omega, law), group in rows.groupby(["subject", "omega", "law"], sort=False):
@@ -115,7 +115,9 @@ def convergence_text(convergence: pd.DataFrame) -> str:
 
 
 def draw(maps: Arrays, laws: pd.DataFrame, width_in: float = WIDE_IN) -> Figure:
-    """The figure of the maps that are there; the narrower, the larger is its text beside them."""
+    """Draw the figure of the existing maps; the narrower it is, the larger is its text beside
+    them.
+    """
     drawn_rows = [row for row in ROWS if f"{row[0]} {row[1]:g} load merit" in maps]
     narrow, row_in = width_in < WIDE_IN, 2.3 * width_in / WIDE_IN
     figure = new_figure(width_in, 1.45 + row_in * len(drawn_rows) + 0.25 * narrow)
@@ -167,7 +169,7 @@ def _centres(count: int, low: float, high: float) -> np.ndarray:
 
 
 def _panel(axes: Axes, form: str, arrays: Arrays, upper: float) -> QuadContourSet:
-    """The merit in colours, and the rate over ω as lines."""
+    """Draw the merit in colours, and the rate over ω as lines."""
     places, shapes = arrays["merit"].shape
     # The circle is closed at the panel's sides.
     x = _centres(places + 2, -np.pi - TURN / places, np.pi + TURN / places)

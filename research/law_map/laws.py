@@ -131,7 +131,7 @@ def height_of(form: str, shape: np.ndarray) -> np.ndarray:
 
 @cache
 def system_of(subject: str, form: str) -> System:
-    """The closed loop of a form of law on a body."""
+    """Return the closed loop of a form of law on a body."""
     terms = Tegotae(ShiftedAction(), LAWS[form].reaction, ConstantGain())
     if subject == "quadruped":
         legged = legged_system("quadruped-c")
@@ -145,7 +145,7 @@ def system_of(subject: str, form: str) -> System:
 
 
 def weights_of(subject: str, form: str, laws: Laws) -> np.ndarray:
-    """The weights of laws, [laws, n_weights]."""
+    """Return the weights of laws, [laws, n_weights]."""
     legs, body = SUBJECTS[subject].legs, system_of(subject, form).body
     if form == "load":
         weight_n = float(body.mass_kg * body.gravity_m_per_s2)
@@ -161,7 +161,7 @@ def weights_of(subject: str, form: str, laws: Laws) -> np.ndarray:
 def measured(
     subject: str, form: str, laws: Laws, phases: np.ndarray, omega: float, timing: Timing
 ) -> Arrays:
-    """Merit, rate of hops or strides [rad/s], speed, and whether laws fail, [laws] each.
+    """Measure merit, rate of hops or strides [rad/s], speed, and failures of laws, [laws] each.
 
     Rate and speed are those of laws that hop or walk, NaN of others; of legs also the lags of
     three behind the left hind one [cycles].

@@ -124,7 +124,7 @@ class Block:
 
 
 def blocks(subject: str, form: str, laws: int) -> list[Block]:
-    """The blocks of a form on a body, all commands of the first laws first."""
+    """Return the blocks of a form on a body, all commands of the first laws first."""
     count = round(FORMS[form] * SUBJECTS[subject].share * laws)
     size = min(BLOCK, count)
     return [
@@ -159,13 +159,14 @@ def outcomes(folder: Path, subject: str, form: str, laws: int) -> Outcomes:
 
 
 def longer(timing: Timing, times: int) -> Timing:
-    """A timing of episodes so many times as long."""
+    """Return a timing whose episodes are so many times as long."""
     return dataclasses.replace(timing, duration_s=times * timing.duration_s)
 
 
 def binned(form: str, laws: Laws, merit: np.ndarray, lock: np.ndarray) -> Arrays:
-    """A map of laws, [places, shapes] each: the merit that one law in twenty of a bin surpasses,
-    the share of laws that move, and the median of their rate over ω."""
+    """Return a map of laws, [places, shapes] each: the merit that one law in twenty of a bin
+    surpasses, the share of laws that move, and the median of their rate over ω.
+    """
     places, shapes = BINS
     column = np.clip((laws.place / TURN + 0.5) * places, 0, places - 1).astype(int)
     row = np.clip(height_of(form, laws.shape) * shapes, 0, shapes - 1).astype(int)
@@ -230,7 +231,7 @@ def medians(values: np.ndarray) -> np.ndarray:
 
 
 def rows_of(laws: Laws, results: Arrays, **labels: Any) -> list[dict[str, Any]]:
-    """A row of each law."""
+    """Return one row per law."""
     columns = dict(zip(TITLES, laws, strict=True)) | results
     count = len(laws.place)
     columns = {name: np.broadcast_to(x, count) for name, x in (labels | columns).items()}
@@ -243,7 +244,7 @@ def taken(laws: Laws, indices: np.ndarray) -> Laws:
 
 
 def vanilla(subject: str) -> tuple[Laws, Arrays]:
-    """Tegotae's cosine, with the rate a that is best at either command, and its judgement.
+    """Return Tegotae's cosine, with the rate a that is best at either command, and its evaluation.
 
     The rates are chosen by releases of their own.
     """
@@ -256,7 +257,7 @@ def vanilla(subject: str) -> tuple[Laws, Arrays]:
 
 
 def trained(subject: str, law: str, omega: float, folder: Path, seeds: int) -> tuple[str, Laws]:
-    """A named law as PGPE trained it, in the terms of the map, and its form."""
+    """Return a named law as PGPE trained it, in the terms of the map, and its form."""
     name = f"{law}@quadruped-c" if subject == "quadruped" else f"{law}-w{omega:g}"
     tg.train(name, seeds=seeds, out=folder / name)
     (runs,) = read_runs(folder / name)
@@ -316,7 +317,7 @@ class LawMap:
         draw_all(self.out)
 
     def _other_maps(self) -> Arrays:
-        """The kept maps of other bodies."""
+        """Return the kept maps of other bodies."""
         file = self.out / "map.npz"
         if not file.exists():
             return {}
@@ -386,7 +387,7 @@ class LawMap:
         }
 
     def _reference_laws(self, subject: str, sample: dict[str, Arrays]) -> list[dict[str, Any]]:
-        """Tegotae's law, with its rank in the judged sample, and the trained ones."""
+        """Return Tegotae's law, with its rank in the evaluated sample, and the trained ones."""
         laws, results = vanilla(subject)
         below, below_moving = [], []
         for k, end in enumerate(ENDS):
@@ -418,7 +419,9 @@ class LawMap:
 def described(
     all_laws: Outcomes, results: Arrays, lock: np.ndarray, top: np.ndarray, judged_merit: np.ndarray
 ) -> dict[str, float]:
-    """A line on the laws of a form at a command, and where the best of them, `top`, are."""
+    """Return a line on the laws of a form at a command, and on the place of the best of them,
+    `top`.
+    """
     merit, laws = results["merit"], all_laws.laws
     moves, locked = merit > 0.0, np.abs(lock - 1.0) < LOCKED
     omegas, rates = zip(
@@ -463,13 +466,13 @@ def trots(results: Arrays) -> np.ndarray:
 
 
 def quantile(values: np.ndarray, share: float) -> float:
-    """A quantile of what is defined; NaN where nothing is."""
+    """Return a quantile of the defined values, or NaN if there are none."""
     finite = values[np.isfinite(values)]
     return float(np.quantile(finite, share)) if len(finite) else math.nan
 
 
 def correlation(x: np.ndarray, y: np.ndarray) -> float:
-    """Pearson's correlation of what both define; NaN without two."""
+    """Return Pearson's correlation where both values are defined, or NaN for fewer than two."""
     finite = np.isfinite(x) & np.isfinite(y)
     varied = finite.sum() > 1 and np.ptp(x[finite]) > 0.0 and np.ptp(y[finite]) > 0.0
     return float(np.corrcoef(x[finite], y[finite])[0, 1]) if varied else math.nan

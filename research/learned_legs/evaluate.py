@@ -44,13 +44,13 @@ FALLEN = -10.0
 
 
 def runs_of(cell: Cell, folder: Path) -> tuple[ControllerSet, Legged]:
-    """The controllers of a cell, and the system that they drive."""
+    """Return the controllers of a cell, and the system that they drive."""
     (runs,) = read_runs(folder / cell.name)
     return runs, settling(runs.system, runs.weights[0])
 
 
 def rows_of(cell: Cell, runs: ControllerSet, releases: Releases) -> list[dict[str, Any]]:
-    """A row per controller and frequency."""
+    """Return one row per controller and frequency."""
     rows = releases.summary
     rows["run"] = np.array(runs.labels)[rows["run"]]
     rows.insert(0, "cell", cell.name)
@@ -74,13 +74,13 @@ def evaluate_all(cells: list[Cell], folder: Path) -> None:
 
 
 def judged(cell: Cell, runs: ControllerSet, legged: Legged) -> dict[str, list[dict[str, Any]]]:
-    """The rows of a cell of one frequency."""
+    """Return the rows of a cell of one frequency."""
     releases = release_all(legged, runs.weights, starts=GAITS, seed=1)
     return {"judged": rows_of(cell, runs, releases)}
 
 
 def ranged(cell: Cell, runs: ControllerSet, legged: Legged) -> dict[str, list[dict[str, Any]]]:
-    """The rows of a law for a range: selection, test, and the test disturbed."""
+    """Return the rows of a law for a range: selection, test, and the test under disturbances."""
 
     def at_all(starts: int, seed: int, changes: Mapping[str, LaneNumbers]) -> Releases:
         meets = {**USUAL, **changes}
@@ -104,7 +104,7 @@ def ranged(cell: Cell, runs: ControllerSet, legged: Legged) -> dict[str, list[di
 
 
 def scores(releases: Releases, advance: float) -> np.ndarray:
-    """The training's fitness on these releases: its mean over the commands, [runs].
+    """Return the training's fitness on these releases: its mean over the commands, [runs].
 
     Args:
         releases: what the runs did.
@@ -121,14 +121,14 @@ def scores(releases: Releases, advance: float) -> np.ndarray:
 
 
 def selected(cell: str) -> str:
-    """The run of a cell that the selection prefers; no other table is read."""
+    """Return the run of a cell that the selection prefers; no other table is read."""
     table = read_csv(TABLES / "selection.csv")
     mine = np.array([str(name) == cell for name in table["cell"]])
     return str(np.array(table["run"])[mine][np.argmax(np.array(table["score"], float)[mine])])
 
 
 def curves_of(cell: Cell, folder: Path) -> list[dict[str, Any]]:
-    """The best fitness so far of every run, every tenth generation and the last."""
+    """Return the best fitness so far of every run, every tenth generation and the last."""
     if cell.experiment.is_searched:
         (file,) = (folder / cell.name).glob("*-seed*.json")
         best = load(file).training["best_fitness"]

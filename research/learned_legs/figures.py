@@ -37,7 +37,7 @@ def draw_all(curves: Rows, rows: Rows) -> None:
 
 
 def families() -> list[tuple[str, tuple[str, str, str]]]:
-    """The names of the cells, and how their families are drawn."""
+    """Return the names of the cells, and how their families are drawn."""
     return [(cell.name, FAMILIES[cell.name.partition("+range")[0]]) for cell in RANGE]
 
 
@@ -88,7 +88,7 @@ def draw_range(rows: Rows) -> Figure:
 
 
 def _number(run: str) -> str:
-    """A run's label as a number; that of a search is the first."""
+    """Return a run's label as a number, which for a search is the first."""
     return run if run.replace(".", "").isdecimal() else "0"
 
 

@@ -143,13 +143,14 @@ def measured(legged: Legged, laws: np.ndarray) -> pd.DataFrame:
 
 
 def of_number(rows: Any, number: str) -> Any:
-    """The rows in which a number is varied, with the law as it is."""
+    """Return the rows in which a number is varied, beside the unchanged law."""
     return rows[(rows["number"] == number) & (rows["kind"] == "varied")]
 
 
 def table(records: Any) -> str:
-    """A row per law and number: means over the commands as trained and without the number, and over
-    which values the cost stays near the law's at the faster commands."""
+    """Return one row per law and number: means over the commands as trained and without the number,
+    and over which values the cost stays near the law's at the faster commands.
+    """
     head = ["law", "number", "trained", "CoT", "speed", "locked", "duty factor", "cost near"]
     lines = [head]
     for law in LAWS:
@@ -198,7 +199,9 @@ def _near(varied: Any, baseline: Any) -> str:
 
 
 def figure(records: Any) -> Figure:
-    """A column per number, a row per measure; a line per command, the smaller law dashed."""
+    """Draw one column per number, one row per measure, and a line per command, the smaller law
+    dashed.
+    """
     with styled():
         canvas = new_figure(PAGE_IN, 4.6)
         panels = canvas.subplots(len(MEASURES), len(NUMBERS), sharex="col", sharey="row")

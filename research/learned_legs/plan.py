@@ -70,7 +70,7 @@ def training_front() -> tuple[tuple[float, float], ...]:
 
 
 def baseline_cost(speed_m_per_s: np.ndarray) -> np.ndarray:
-    """The vanilla front's cost of transport at a speed; beyond its ends the last value."""
+    """Return the vanilla front's cost of transport at a speed; beyond its ends the last value."""
     return np.interp(speed_m_per_s, *baseline())
 
 
@@ -128,7 +128,7 @@ class Cell:
 
 
 def advance_m_per_rad(design: Recipe) -> float:
-    """The way per radian of the command that is wanted [m/rad]."""
+    """Return the wanted distance per radian of the command [m/rad]."""
     nominal = nominal_speed_m_per_s(design.system, 1.0)
     assert nominal is not None  # all have ellipses
     return HURRY * nominal

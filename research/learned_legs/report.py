@@ -42,7 +42,7 @@ def report() -> None:
 
 
 def table(name: str) -> Rows:
-    """A table of the study as columns; numbers where all are."""
+    """Return a table of the study as columns, as numbers where all are."""
     rows = read_csv(TABLES / f"{name}.csv")
     return {title: _numbers(column) for title, column in rows.items()}
 
@@ -56,7 +56,7 @@ def _numbers(column: Any) -> np.ndarray:
 
 
 def markdown(titles: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
-    """A table."""
+    """Return a table as Markdown."""
     return markdown_table([titles, *rows]) if rows else ""
 
 
@@ -64,7 +64,7 @@ SHARE, POSITIVE = (0.0, 1.0), (0.0, np.inf)
 
 
 def sure(values: np.ndarray, digits: int = 2, within: Range = UNBOUNDED) -> str:
-    """A mean and its 95 % interval."""
+    """Return a mean and its 95 % interval."""
     estimate = interval(values, within=within)
     if np.isnan(estimate.mean):
         return "–"
@@ -91,7 +91,8 @@ def per_run(rows: Rows, cell: str) -> dict[str, dict[str, np.ndarray]]:
 
 
 def preserved(rows: Rows, disturbed: Rows, cell: str) -> dict[str, np.ndarray]:
-    """The share of CoT⁻¹ that each run keeps under each condition, at its worst command; [runs].
+    """Return the share of CoT⁻¹ that each run keeps under each condition, at its worst command;
+    [runs].
 
     A release that falls keeps nothing.
     """
@@ -114,7 +115,8 @@ def preserved(rows: Rows, disturbed: Rows, cell: str) -> dict[str, np.ndarray]:
 
 
 def by_family(table: Rows, disturbed: Rows) -> str:
-    """A row per family: over all commands, means over runs; and the selected run at its worst.
+    """Return one row per family: means of the runs over all commands, and the selected run at its
+    worst.
 
     The cost of transport is of the runs that walk: it has no bound where a body stands.
     """
@@ -150,7 +152,7 @@ def by_family(table: Rows, disturbed: Rows) -> str:
 
 
 def by_command(table: Rows, cell: str) -> str:
-    """The selected run of a cell at every command, with the range of all runs beside it."""
+    """Return the selected run of a cell at every command, with the range of all runs beside it."""
     runs = per_run(table, cell)
     columns = runs[selected(cell)]
     everyone = np.array([run["share"] for run in runs.values()])
@@ -189,13 +191,13 @@ def robust(table: Rows, disturbed: Rows) -> str:
 
 
 def cells_on(judged: Rows, ending: str) -> list[Cell]:
-    """The cells of a body that are in a table, in the plan's order."""
+    """Return the cells of a body that are in a table, in the plan's order."""
     present = set(judged["cell"])
     return [cell for cell in CELLS if cell.name in present and cell.name.endswith(ending)]
 
 
 def summary(judged: Rows, curves: Rows, ending: str) -> str:
-    """A row per family of one frequency: fitness, and what it does from random phases."""
+    """Return one row per family of one frequency: fitness, and the gait from random phases."""
     rows = []
     for cell in cells_on(judged, ending):
         mine = judged["cell"] == cell.name
@@ -223,7 +225,7 @@ def summary(judged: Rows, curves: Rows, ending: str) -> str:
 
 
 def final(curves: Rows, name: str) -> np.ndarray:
-    """The best fitness of each run in the end."""
+    """Return the best fitness of each run at the end."""
     return np.array([fitness[-1] for _, fitness in of_runs(curves, name)])
 
 
@@ -237,7 +239,7 @@ def of_runs(curves: Rows, name: str) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def gaits(names: np.ndarray) -> str:
-    """The gaits of the runs, the most common first."""
+    """Return the gaits of the runs, the most common first."""
     return ", ".join(f"{name} {count}" for name, count in Counter(names.tolist()).most_common())
 
 

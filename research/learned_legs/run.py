@@ -72,7 +72,7 @@ class Report:
 
 
 def matching(pattern: str) -> list[Cell]:
-    """The cells of that name."""
+    """Return the cells of a name."""
     return [cell for cell in CELLS if fnmatch.fnmatchcase(cell.name, pattern)]
 
 

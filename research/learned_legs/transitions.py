@@ -37,7 +37,7 @@ STARTS = 4
 
 
 def swept(names: list[str]) -> list[dict[str, Any]]:
-    """A row per controller, way and level."""
+    """Return one row per controller, direction and level."""
     runs = [("V", legged_named("quadruped-c"))]
     for name in names:
         for path, saved in resolve(name).weighted():
@@ -80,7 +80,7 @@ def rows_of(label: str, result: GaitSweep) -> list[dict[str, Any]]:
 
 
 def run_label(label: str) -> str:
-    """A controller file's name as it is written in the figure: family and run."""
+    """Return a controller file's label in the figure: family and run."""
     name, separator, _ = label.partition("+range@")
     return f"{FAMILIES[name][0]}, run {label.rpartition('seed')[2]}" if separator else label
 

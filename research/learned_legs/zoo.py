@@ -29,7 +29,7 @@ def write_zoo(cells: list[Cell], folder: Path) -> None:
 
 
 def entry(cell: Cell, folder: Path) -> ZooEntry:
-    """The runs of a cell, and its evaluation: means over the commands."""
+    """Return the runs of a cell, and its evaluation: means over the commands."""
     controllers = [load(file) for file in (folder / cell.name).glob("*-seed*.json")]
     runs = sorted(controllers, key=lambda run: int(str(run.training["seed"])))
     return ZooEntry(
@@ -60,7 +60,7 @@ def document(saved: SavedController, cell: str) -> JsonObject:
 
 
 def measured(cell: Cell, seeds: list[str]) -> dict[str, np.ndarray]:
-    """The score of the selection, and the test's means over the commands, [runs] each."""
+    """Return the score of the selection, and the test's means over the commands, [runs] each."""
     selection, test = (read_csv(TABLES / f"{name}.csv") for name in ("selection", "range"))
     metrics: dict[str, list[float]] = {
         name: [] for name in ("selection", "cot_inverse", "of_front")

@@ -34,7 +34,7 @@ OMEGAS = (0.3, 24.0)
 
 
 def _waves(signals: Signals, harmonics: int) -> list[jax.Array]:
-    """cos θ, sin θ, cos 2θ, sin 2θ, ... from the oscillator's signals."""
+    """Return cos θ, sin θ, cos 2θ, sin 2θ, ... from the oscillator's signals."""
     c1, s1 = signals["cos_phase"], signals["sin_phase"]
     waves, c, s = [c1, s1], c1, s1
     for _ in range(harmonics - 1):
@@ -134,7 +134,7 @@ class FreeFoot(TimedEllipse):
 
 
 def series(weights, waves: list[jax.Array]) -> jax.Array:
-    """Σ of weights times waves."""
+    """Return the sum of weights times waves."""
     return sum(a * wave for a, wave in zip(weights, waves, strict=True))  # type: ignore[return-value]
 
 
@@ -202,7 +202,9 @@ class Space:
         return Rollout(controller=legs, timing=timing, summary=summary)
 
     def random(self, rng: np.random.Generator) -> np.ndarray:
-        """A start: any frequency and lags, an ellipse of any size if it is free."""
+        """Return a random start: any frequency and lags, and an ellipse of any size if it is
+        free.
+        """
         x = np.zeros(self.size)
         n, lags = self.foot.n_weights, 1 if self.steps == 1 else 3
         x[0], x[1 : 1 + lags] = 0.3 * rng.normal(), rng.uniform(size=lags)
@@ -212,7 +214,7 @@ class Space:
         return x
 
     def from_space(self, source: Space, x: np.ndarray) -> np.ndarray:
-        """A vector of another space, of no more steps and no freer feet, as one of this."""
+        """Convert a vector of another space, of no more steps and no freer feet, to this space."""
         n = source.foot.n_weights
         if source.steps == 1:
             legs, lags = [x[2 : 2 + n]] * 2 + [x[2 + n :]] * 2, [0.5, x[1], x[1] + 0.5]
@@ -225,7 +227,7 @@ class Space:
         return np.concatenate([[x[0]], lags, *legs])
 
     def _leg(self, leg: np.ndarray, source: Space, twice: int) -> np.ndarray:
-        """A leg's weights with another number of waves; wave k becomes wave k · twice."""
+        """Return a leg's weights with another number of waves; wave k becomes wave k · twice."""
         mine, shape = np.zeros(self.foot.n_weights), source.foot.shape
         mine[:shape] = leg[:shape]
         waves = leg[shape:].reshape(-1, 2 * source.foot.harmonics)

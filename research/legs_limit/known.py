@@ -90,7 +90,7 @@ def bound(body: Walker, speed_m_per_s: ArrayLike, stance_s: ArrayLike) -> np.nda
 
 @cache
 def limit_table() -> dict[str, np.ndarray]:
-    """The kept limits of quadruped C, one array [rows] per column.
+    """Return the kept limits of quadruped C, one array [rows] per column.
 
     What is not known of a controller's gait is NaN or empty. The columns:
 
@@ -140,7 +140,7 @@ def limit(speed: ArrayLike, feet: str = "free") -> np.ndarray:
 
 
 def limit_share(speed: ArrayLike, cost_of_transport: ArrayLike, feet: str = "free") -> np.ndarray:
-    """The limit over the cost of a gait of quadruped C: 1 of the best that is known.
+    """Return the limit over the cost of a gait of quadruped C: 1 of the best that is known.
 
     Args:
         speed: v [√(g l0)].

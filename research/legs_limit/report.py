@@ -94,7 +94,7 @@ def report(stages: Stages, out: Path | None = None) -> None:
 def finely(
     name: str, space: Space, targets: np.ndarray, x: np.ndarray, coarse: np.ndarray
 ) -> list[Gait]:
-    """The best of every speed, with short ticks and for longer.
+    """Evaluate the best gait of every speed with short ticks and for longer.
 
     Args:
         name: of the stage.
@@ -131,7 +131,7 @@ ON_ELLIPSE = ("V", "cos", "VG-gF", "AR-rF", "ARG-rF-gF")
 
 
 def with_controllers(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The rows, and learned walkers that are cheaper than what the search found there.
+    """Return the rows, with learned walkers where they are cheaper than the search's result.
 
     Those that the kept table has stay, as long as nothing cheaper is found. The cheapest come
     first: of walkers of about one speed only the best is a row.
@@ -221,7 +221,7 @@ def look(gait: Gait) -> Look:
 
 
 def row(feet: str, gait: Gait, stances: Look) -> dict[str, Any]:
-    """A row of the kept table."""
+    """Return a row of the kept table."""
     values = (
         feet,
         gait.speed,
@@ -238,7 +238,9 @@ def row(feet: str, gait: Gait, stances: Look) -> dict[str, Any]:
 
 
 def document(gait: Gait) -> dict[str, Any]:
-    """A gait to be released again: the space it is of, the speed wanted and its vector."""
+    """Return the document of a gait, from which it can be released again: its space, wanted speed
+    and vector.
+    """
     space = gait.space
     return {
         "feet": space.feet,
@@ -251,7 +253,7 @@ def document(gait: Gait) -> dict[str, Any]:
 
 
 def of_stages(fine: dict[str, list[Gait]]) -> list[dict[str, Any]]:
-    """The least cost of every stage at every speed."""
+    """Return the least cost of every stage at every speed."""
     rows = []
     for name, gaits in fine.items():
         for group in by_speed(gaits, gaits[0].space.feet) if gaits else ():
@@ -261,7 +263,7 @@ def of_stages(fine: dict[str, list[Gait]]) -> list[dict[str, Any]]:
 
 
 def markdown(rows: list[dict[str, Any]]) -> str:
-    """The limits as a table."""
+    """Return the limits as a table."""
     head = ["CoT", "ω", "gait", "duty"]
     free, tied = (
         [["speed, free feet", *head, "flight", "proved bound"]],
@@ -285,7 +287,9 @@ def markdown(rows: list[dict[str, Any]]) -> str:
 
 
 def stages_markdown(tables: Path) -> str:
-    """The least cost of every search at every speed, a table a kind of feet; further ones apart."""
+    """Return the least cost of every search at every speed: one table per kind of feet, further
+    ones apart.
+    """
     table = read_csv(tables / "stages.csv")
     names = list(dict.fromkeys(table["stage"].tolist()))
     speeds = sorted({float(v) for v in table["speed"]})
@@ -308,7 +312,7 @@ def stages_markdown(tables: Path) -> str:
 
 
 def draw(rows: list[dict[str, Any]], looked_at: dict[str, list[Look]]) -> Figure:
-    """The limits over speed with what controllers reach, and footfalls of the free ones."""
+    """Draw the limits over speed with the costs of controllers, and footfalls of the free ones."""
     figure = new_figure(PAGE_IN, 4.2)
     left_axes, right_axes = figure.subplots(1, 2, width_ratios=(3, 2))
     lines = {
@@ -356,7 +360,7 @@ def controllers(axes: Axes) -> None:
 
 
 def learned() -> list[dict[str, Any]]:
-    """The learned walkers of quadruped C that are kept and did not fall."""
+    """Return the kept learned walkers of quadruped C that did not fall."""
     table = read_csv(ROOT / "research" / "learned_legs" / "range.csv")
     rows = [
         dict(zip(table, map(str, cells), strict=True))
@@ -377,7 +381,7 @@ def learned() -> list[dict[str, Any]]:
 
 
 def footfalls(axes: Axes, rows: list[dict[str, Any]], looks: list[Look]) -> None:
-    """Two strides of every speed, a bar a stance."""
+    """Draw two strides of every speed, one bar per stance."""
     order, height, ticks = by_side(NAMES), 0.0, []
     for r, stance in list(zip(rows, looks, strict=True)):
         for place, leg in enumerate(order):

@@ -26,7 +26,8 @@ TRACKING = 4.0
 def losses(
     space: Space, x: np.ndarray, speed: np.ndarray, timing: Timing = TIMING
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """log CoT + 4 |v / v* - 1| of vectors [lanes, size] for speeds v* [lanes]; speeds, costs.
+    """Return log CoT + 4 |v / v* - 1| of vectors [lanes, size] for speeds v* [lanes], with speeds
+    and costs.
 
     Of two windows the one with the larger loss counts.
     """

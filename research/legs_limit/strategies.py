@@ -48,7 +48,7 @@ def search(
     checkpoint: Path,
     progress: Callable[[int, np.ndarray], None] = lambda *_: None,
 ) -> Found:
-    """One strategy (CMA-ES) a start, all in one rollout a generation.
+    """Search with one strategy (CMA-ES) per start, all in one rollout per generation.
 
     Args:
         losses: of vectors [starts * population, size] in a generation; the candidates of a start

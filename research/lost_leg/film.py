@@ -62,12 +62,12 @@ def loses(legged: Legged, leg: str) -> GaitRun:
 
 
 def frame_at(run: GaitRun, after_s: float) -> int:
-    """The recorded frame at a time after the loss."""
+    """Return the recorded frame at a time after the loss."""
     return round((LOST_S + after_s) / run.timing.frame_s) - 1
 
 
 def write_film(run: GaitRun, leg: str, path: Path) -> None:
-    """A film from shortly before the loss on; the lost leg is not there afterwards."""
+    """Write a film that begins shortly before the loss; the lost leg is absent afterwards."""
     trajectory = run.trajectory
     gone = (trajectory.time_s > LOST_S)[:, None] & (np.array(run.legged.names) == leg)
     feet = {
@@ -87,7 +87,7 @@ def write_film(run: GaitRun, leg: str, path: Path) -> None:
 
 
 def draw_frames(runs: dict[str, dict[str, GaitRun]]) -> Figure:
-    """A row of frames for each walker and the leg that it loses, from the side."""
+    """Draw one row of frames, seen from the side, for each walker and the leg that it loses."""
     rows = [(name, leg, run) for name, legs in runs.items() for leg, run in legs.items()]
     figure = new_figure(PAGE_IN, 1.1 * len(rows) + 0.5)
     panels = figure.subplots(len(rows), len(SHOWN_S), squeeze=False)
@@ -118,7 +118,7 @@ def draw_frames(runs: dict[str, dict[str, GaitRun]]) -> Figure:
 
 
 def draw_pose(axes: Axes, shape: LegPositions, frame: int, missing: int | None) -> None:
-    """The body from its right side at a frame; a lost leg is dotted."""
+    """Draw the body from its right side at a frame; a lost leg is dotted."""
     hips, feet = shape.hips_m[frame], shape.feet_m[frame]
     order = [0, 1, 3, 2]
     axes.axhspan(-1.0, 0.0, color="0.88", lw=0)
@@ -136,7 +136,7 @@ def draw_pose(axes: Axes, shape: LegPositions, frame: int, missing: int | None) 
 
 
 def draw_courses(runs: dict[str, dict[str, GaitRun]]) -> Figure:
-    """Pitch, roll, and how far the feet are ahead of the mass around the loss, leg by leg."""
+    """Draw pitch, roll, and the feet's distance ahead of the mass around the loss, leg by leg."""
     legs = list(next(iter(runs.values())))
     figure = new_figure(PAGE_IN, 3.6)
     rows = figure.subplots(2, len(legs), sharex=True, sharey="row", squeeze=False)

@@ -63,7 +63,7 @@ class Law:
     knows: Literal["nothing", "side", "place"] = "nothing"
 
     def legged(self, vanilla: Legged, weights: np.ndarray) -> Legged:
-        """The quadruped with feet of this form."""
+        """Return the quadruped with feet of this form."""
         foot = CorrectedFoot(self.senses, self.hidden, reach_m=1.0, around=self.around)
         sharing = {"nothing": None, "side": (0, 1, 0, 1), "place": (0, 1, 2, 3)}[self.knows]
         controller = dataclasses.replace(vanilla.controller, actuation=foot, sharing=sharing)
@@ -136,7 +136,7 @@ class Law:
         return np.concatenate([np.zeros((lanes, self.ends, 1)), x], axis=2).reshape(lanes, -1)
 
     def random(self, rng: np.random.Generator) -> np.ndarray:
-        """A vector to start from: random networks that add little."""
+        """Return a random start: networks that add little."""
         neurons = rng.normal(size=(self.ends, 2 * self.hidden, len(self.senses) + 2))
         neurons[..., -1] *= 0.1
         units = neurons.reshape(self.ends, -1)

@@ -67,7 +67,7 @@ class Plan:
     starts: int = 3
 
     def gains_of(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """The gains of a law by hand, by name, [lanes] each."""
+        """Return the hand-tuned gains of a law by name, [lanes] each."""
         return {name: x[:, index] * size for index, (name, size) in enumerate(self.gains)}
 
     def weights(self, x: np.ndarray) -> np.ndarray:
@@ -85,7 +85,7 @@ class Plan:
         return np.array([self.law.random(rng) for _ in range(self.starts)])
 
     def search(self, folder: Path) -> None:
-        """Search, or go on."""
+        """Search, or continue a search."""
         legged = self.law.legged(steady(), self.weights(self.begin()[:1])[0])
 
         def losses(x: np.ndarray, generation: int) -> np.ndarray:
@@ -184,7 +184,7 @@ class Search:
 
 
 def course(name: str, result: strategies.Found) -> list[dict[str, Any]]:
-    """The median score of every tenth generation, start by start."""
+    """Return the median score of every tenth generation, start by start."""
     return [
         {"law": name, "run": run, "generation": index + 1, "score": -result.typical[index, run]}
         for run in range(result.typical.shape[1])
@@ -216,7 +216,7 @@ class Report:
 
 
 def markdown(table: dict[str, np.ndarray]) -> str:
-    """A row a law and leg, of the run that the selection prefers."""
+    """Return one row per law and leg, of the run that the selection prefers."""
     titles = ("law", "leg lost", "feet ahead before, after", "margin of feet before, after",
               "walks on", "other runs", "speed before, after", "CoT before, after")  # fmt: skip
     lines = [titles]

@@ -62,7 +62,7 @@ def quick() -> Legged:
 
 
 def quick_hexapod() -> Legged:
-    """The hexapod with the same steps."""
+    """Return the hexapod with the same steps."""
     return walking("hexapod, quick", SYSTEMS["hexapod"]().body, FAST, SIGMA, OMEGA)
 
 
@@ -169,7 +169,8 @@ def _around(path: Any, scenario: Any, body: Any, timing: Timing) -> dict[str, An
 def leg_loss_rows(
     name: str, legged: Legged, runs: dict[str, Any], **body: float
 ) -> list[dict[str, Any]]:
-    """A row per run and leg: who goes on when it is lost in mid-gait. All lanes in one rollout.
+    """Return one row per run and leg: whether it walks on after losing the leg in mid-gait. All
+    lanes in one rollout.
 
     Args:
         name: what is walking.
@@ -216,7 +217,9 @@ def leg_loss_rows(
 
 
 def _margin_of_feet(body: Walker, leg: int, ahead_m: np.ndarray) -> float:
-    """The margin without a leg of feet that are so far before the mass; NaN if none stood."""
+    """Return the margin of feet at these distances before the mass, without a leg; NaN if none
+    stood.
+    """
     if not len(ahead_m):
         return math.nan
     return support_margin_m(dataclasses.replace(body, com_x_m=-_median(ahead_m)), (leg,))
@@ -273,7 +276,7 @@ class Report:
 
 
 def markdown(table: dict[str, np.ndarray]) -> str:
-    """A row a leg."""
+    """Return a row per leg as Markdown."""
     titles = ("walker", "leg lost", "margin of hips", "of feet", "stay up, walk on",
               "speed before, after", "CoT after", "falls after")  # fmt: skip
     lines = [titles]

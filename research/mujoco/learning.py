@@ -62,12 +62,14 @@ LIMIT = 40.0
 
 
 def policy(model: str) -> Controller:
-    """The policy that all three learn: f = L tanh(G A' R / L)."""
+    """Return the policy that all three learn: f = L tanh(G A' R / L)."""
     return agent_controller(recipe(model).experiment(), tuned("sac"))
 
 
 def experiment(model: str) -> EnvExperiment:
-    """The policy on the MuJoCo hopper, judged by CoT⁻¹ alone as in the paper's comparison."""
+    """Return the experiment: the policy on the MuJoCo hopper, scored by CoT⁻¹ alone as in the
+    paper's comparison.
+    """
     wiring = dataclasses.replace(load_wiring("hopper").reading(policy(model)), omega=8.0)
     settings = {"duration_s": EPISODE_S, "control_s": CONTROL_S, "fallen_share": 0.0}
     return EnvExperiment(
@@ -144,7 +146,7 @@ Point = tuple[float, float, np.ndarray]
 
 
 def by_pgpe(model: str, seed: int) -> Iterator[Point]:
-    """The centre of the distribution, generation by generation."""
+    """Yield the centre of PGPE's distribution, generation by generation."""
     settings = dataclasses.replace(tuned("pgpe"), population=POPULATION)
     generations = round(TIME_S / (POPULATION * EPISODE_S))
     run = Run(
@@ -163,7 +165,7 @@ def by_pgpe(model: str, seed: int) -> Iterator[Point]:
 
 
 def by_agent(algorithm: str, model: str, seed: int) -> Iterator[Point]:
-    """The deterministic policy, now and then."""
+    """Yield the agent's deterministic policy at intervals."""
     settings, task = tuned(algorithm), experiment(model)
     env = Feedbacks(task, settings.n_envs)
     observed = Observed(("sin_phase", "cos_phase", "spring_force"), {"spring_force": env.weight})
@@ -185,7 +187,7 @@ _evaluators: dict[str, Any] = {}
 
 
 def judged(model: str, weights: np.ndarray) -> float:
-    """CoT⁻¹ of an undisturbed episode [m/J]."""
+    """Return CoT⁻¹ of an undisturbed episode [m/J]."""
     evaluator = _evaluators.setdefault(model, evaluator_of(experiment(model), 0))
     return float(evaluator.evaluate(weights[None, None], Generation.alike()).cot_inverse[0, 0])
 
@@ -257,7 +259,7 @@ class Disturbed(ModelLanes):
 
 
 def robustness(model: str, weights: np.ndarray) -> dict[str, np.ndarray]:
-    """CoT⁻¹ under each condition, times the weight over the usual one [m/J], [policies]."""
+    """Return CoT⁻¹ under each condition, times the weight over the usual one [m/J], [policies]."""
     task, results = experiment(model), {}
     for name, disturbance in CONDITIONS.items():
         lanes = Disturbed(task.spec.model_settings, len(weights), **disturbance)
@@ -272,7 +274,7 @@ def robustness(model: str, weights: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def tables(work: Place) -> None:
-    """Curves, what is kept, and the picture."""
+    """Write the curves, the robustness and the figure."""
     curves: list[dict[str, Any]] = []
     robust: list[dict[str, Any]] = []
     for model in MODELS:
@@ -305,12 +307,12 @@ def report() -> None:
 
 
 def formatted(values: pd.Series) -> str:
-    """A mean with its interval."""
+    """Return a mean with its interval."""
     return with_interval(values, within=(0.0, math.inf))
 
 
 def best_by(curves: pd.DataFrame, time_s: float = math.inf) -> pd.Series:
-    """The best CoT⁻¹ up to a time [m/J], by model, algorithm and seed."""
+    """Return the best CoT⁻¹ up to a time [m/J], by model, algorithm and seed."""
     soon = curves[curves["simulated_s"] <= time_s + 1.0]
     return soon.groupby(KEY)["cot_inverse"].max()
 
@@ -330,7 +332,7 @@ def learned_text(curves: pd.DataFrame) -> str:
 
 
 def apart_text(curves: pd.DataFrame) -> str:
-    """The differences between algorithms, seed by seed."""
+    """Return the differences between algorithms, seed by seed."""
     lines = [["policy", "", "difference of the best [m/J]"]]
     best = best_by(curves)
     for model, (first, second) in product(MODELS, combinations(ALGORITHMS, 2)):
@@ -343,7 +345,7 @@ def apart_text(curves: pd.DataFrame) -> str:
 
 
 def robust_text(robust: pd.DataFrame) -> str:
-    """CoT⁻¹ under each condition: mean, interval, and the least of the runs."""
+    """Return CoT⁻¹ under each condition: mean, interval, and the least of the runs."""
     columns = [
         (m, a) for m, a in product(MODELS, ALGORITHMS) if len(rows_of(robust, model=m, algorithm=a))
     ]
@@ -360,7 +362,7 @@ def robust_text(robust: pd.DataFrame) -> str:
 
 
 def rows_of(table: pd.DataFrame, **where: str) -> pd.DataFrame:
-    """The rows with these cells."""
+    """Return the rows in which these cells have these values."""
     return table[np.all([table[name] == value for name, value in where.items()], axis=0)]
 
 

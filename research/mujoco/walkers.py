@@ -115,7 +115,9 @@ def installed(bodies: dict[str, Body]) -> Iterator[tuple[str, Body]]:
 
 
 def experiment(body: Body, model: str, seconds: float) -> EnvExperiment:
-    """A model of the paper on one of the bodies, judged by its return over two starts."""
+    """Return the experiment of a paper's model on one of the bodies, scored by its return over two
+    starts.
+    """
     spec = EnvSpec(env=body.env, settings=body.settings)
     source = body.wiring if body.wiring == "leg" else ROOT / "examples" / "wirings" / body.wiring
     env = spec.make()
@@ -151,7 +153,7 @@ def learn(work: Place) -> None:
 
 
 def vanilla(body: Body) -> tuple[float, float]:
-    """The σ of most return over the starts of training, and that return."""
+    """Return the σ with the largest return over the starts of training, and that return."""
     task = experiment(body, "V-sector-w8", TRAINED_S)
     sigmas = np.array(GAINS) * body.omega / task.wiring.scales["spring_force"]
     rollouts = EnvRollouts(task, len(sigmas))
@@ -162,7 +164,9 @@ def vanilla(body: Body) -> tuple[float, float]:
 
 
 def still(body: Body) -> EnvExperiment:
-    """The body under no torque; where actuators take places, in the middle of them."""
+    """Return the action of a passive body: no torque, or actuated places in the middle of their
+    range.
+    """
     task = experiment(body, "V-sector-w8", JUDGED_S)
 
     def quiet(limb: Any) -> Any:
@@ -174,7 +178,7 @@ def still(body: Body) -> EnvExperiment:
 
 
 def episodes(task: EnvExperiment, weights: np.ndarray) -> Iterator[EpisodeBatch]:
-    """The episode from each of the starts that judge."""
+    """Yield the episode from each of the test starts."""
     rollouts = EnvRollouts(task, 1)
     for start in STARTS:
         yield rollouts.record(weights[None], start)
@@ -213,7 +217,7 @@ def judged(work: Path, name: str, body: Body) -> list[dict[str, Any]]:
 
 
 def curves(work: Path, name: str, level: float) -> list[dict[str, Any]]:
-    """The best fitness so far and the centre's, of every seed and generation of a body."""
+    """Return the best fitness so far and the centre's, of every seed and generation of a body."""
     table = read_csv(folder(work, name) / "curves.csv")
     rows = []
     for seed in SEEDS:
@@ -272,7 +276,7 @@ def table(work: Place) -> None:
 
 
 def as_text() -> str:
-    """The table in Markdown."""
+    """Return the table in Markdown."""
     table = read_csv(OUT / "walkers.csv")
     lines = [["body", "", "return, mean (least, most)", "distance [m]", "time [s]"]]
     for name in (name for name in LEARNED if name in set(table["body"])):

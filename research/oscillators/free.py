@@ -112,7 +112,7 @@ def free(oscillator: Any, duration_s: float = 12.0, step_s: float = 0.002) -> np
 
 
 def driven(oscillator: Any, entries: dict[str, tuple[float, float]], with_load: bool) -> Any:
-    """A hopper with a sector: trajectory and gait, a lane an entry, σ and start."""
+    """Simulate a hopper with a sector: trajectory and gait, one lane per entry, σ and start."""
     action = UnitAction() if with_load else VanillaAction()
     learned = Learned(oscillator)
     law = Tegotae(action, VanillaReaction(), ConstantGain())
@@ -145,7 +145,9 @@ def trajectory_and_gait(trajectory, scenario, body, timing):
 
 
 def compared(name: str, entries: dict[str, Any], gait: Any) -> list[dict[str, Any]]:
-    """A row an entry: which share of the lanes settles, how fast and how well they hop."""
+    """Return one row per entry: the share of lanes that settle, and the speed and efficiency of
+    their hopping.
+    """
     rows = []
     settled = (gait.regime == LIMIT_CYCLE).reshape(len(entries), -1)
     failed = (gait.regime == FAILED).reshape(len(entries), -1)
@@ -200,7 +202,7 @@ def draw_free() -> Figure:
 
 
 def draw_entrained(paths: dict[str, Any]) -> Figure:
-    """The last hops with feedback that turns the state, at the least σ that settles."""
+    """Draw the last hops with feedback that turns the state, at the least σ that settles."""
     with styled():
         figure = new_figure(PAGE_IN, 3.0)
         heights, waves = figure.subplots(2, len(paths), sharex=True, sharey="row")

@@ -127,13 +127,17 @@ class Matter:
 
 
 def model_name(architecture: str, oscillator: str, omega: float) -> str:
-    """The architecture's plainest member, at a training frequency, with an oscillator."""
+    """Return the name of the architecture's plainest member, at a training frequency, with an
+    oscillator.
+    """
     plain = recipe(architecture).name.removesuffix("-w8")
     return f"{plain}-w{omega:g}" + ("" if oscillator == PHASE else f"+{oscillator}")
 
 
 def column(rows: dict[str, Any], name: str) -> np.ndarray:
-    """A column of numbers, NaN where it is empty; no hopping is no work well spent, 0 m/J."""
+    """Return a column of numbers, NaN where it is empty; without hopping no work is useful, 0
+    m/J.
+    """
     values = np.array([float(x) if x != "" else math.nan for x in rows[name]])
     return np.maximum(values, 0.0) if name == "best_fitness" else values
 
@@ -160,7 +164,7 @@ def compared(rows: dict[str, Any], oscillator: str, name: str) -> tuple[float, f
 
 
 def markdown(rows: dict[str, Any]) -> str:
-    """The differences as tables in Markdown: where terms are learned, and of V by itself."""
+    """Return the differences as tables in Markdown: where terms are learned, and of V alone."""
     vanilla = np.asarray(rows["architecture"]) == "V"
     parts = (("learned terms", ~vanilla), ("V", vanilla))
     return "\n".join(_table(title, _where(rows, inside)) for title, inside in parts)
@@ -184,7 +188,7 @@ def _table(title: str, rows: dict[str, Any]) -> str:
 
 
 def title(oscillator: str) -> str:
-    """An oscillator as it is written in the figure."""
+    """Return the title of an oscillator in the figure."""
     name = oscillator.removeprefix("learned-")
     text = _TITLES.get(name, name)
     return text if name == oscillator else f"{text}, learned"

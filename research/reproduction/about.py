@@ -56,7 +56,7 @@ def study_summary(document: Mapping[str, Any], models: int) -> str:
 
 
 def _reading(experiments: list[Mapping[str, Any]]) -> str:
-    """A sentence on the reading: its name, and the values that all experiments share."""
+    """Return a sentence on the reading: its name, and the values that all experiments share."""
     shared = {}
     for place, words in _VALUES.items():
         values = [_entry(experiment, place) for experiment in experiments]
@@ -86,7 +86,7 @@ def _name(experiment: Mapping[str, Any], shared: Mapping[str, Any]) -> str:
 
 
 def _entry(document: Any, place: str) -> Any:
-    """An entry of a nested document; None where there is none."""
+    """Return an entry of a nested document, or None if there is none."""
     for key in place.split("."):
         document = document.get(key) if isinstance(document, Mapping) else None
     return document

@@ -27,14 +27,14 @@ LAST_S = 8.0
 
 
 def best_run(fitness: np.ndarray) -> int:
-    """The run of highest fitness, the first of several; `fitness` has shape [runs]."""
+    """Return the run of highest fitness, the first of equal ones; `fitness` has shape [runs]."""
     return int(np.argmax(fitness))
 
 
 def gait_channels(
     evaluation: Evaluation, fitness: np.ndarray, omega: float | None
 ) -> dict[str, np.ndarray]:
-    """The best run's last seconds before the ground drops, at the training frequency.
+    """Return the best run's last seconds before the ground drops, at the training frequency.
 
     Args:
         evaluation: the evaluation, with these channels; its first runs are the trained ones.
@@ -55,7 +55,7 @@ def gait_channels(
 
 
 def recorded_controller(record: Record, run: int) -> SavedController:
-    """The controller of one run of a record, as a file would hold it."""
+    """Return the controller of one run of a record, in the form of a file."""
     experiment = record.experiment
     return SavedController(
         experiment.system,
@@ -68,7 +68,7 @@ def recorded_controller(record: Record, run: int) -> SavedController:
 
 
 def recorded_orbit(record: Record) -> Orbit | None:
-    """The limit cycle that is kept: its last repeats, laid over each other.
+    """Return the kept limit cycle: its last repeats, superposed.
 
     Frames lie elsewhere in each cycle, so that together they show more of it than one would. None
     if the gait has no limit cycle.
@@ -110,6 +110,8 @@ def recorded_orbit(record: Record) -> Orbit | None:
 
 
 def _episode(omegas: np.ndarray, omega: float | None) -> int | None:
-    """The number of the episode at the training frequency; the only one without an oscillator."""
+    """Return the number of the episode at the training frequency; the only one without an
+    oscillator.
+    """
     matches = np.flatnonzero(np.isnan(omegas) if omega is None else omegas == omega)
     return int(matches[0]) if len(matches) else None

@@ -29,7 +29,7 @@ def require_once(path: Path, columns: Mapping[str, Column]) -> None:
 
 
 def whole_number(text: str) -> int:
-    """A whole number as tables write it.
+    """Return a whole number as text of a table.
 
     Raises:
         ValueError: for a text that is none.

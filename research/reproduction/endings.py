@@ -63,7 +63,7 @@ def endings(table: StudyTable) -> RunEndings:
 
 
 def endings_by_architecture(table: StudyTable) -> dict[str, RunEndings]:
-    """The same for each architecture, in the order of the table, and for all as "all"."""
+    """Return the endings for each architecture, in the order of the table, and for all as "all"."""
     names = list(dict.fromkeys(table["architecture"].tolist()))
     return {name: endings(table.where(architecture=name)) for name in names} | {
         "all": endings(table)

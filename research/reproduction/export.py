@@ -47,7 +47,7 @@ def write_study_csv(table: StudyTable, path: Path) -> None:
 
 
 def csv_of(table: StudyTable) -> str:
-    """The table as the text of a CSV file; undefined numbers are empty."""
+    """Return the table as the text of a CSV file; undefined numbers are empty."""
     return tables.csv_text(table.columns)
 
 
@@ -61,7 +61,7 @@ def write_study_parquet(table: StudyTable, path: Path) -> None:
 
 
 def read_study_csv(path: Path) -> StudyTable:
-    """The table that `write_study_csv` wrote, with the metrics that it holds.
+    """Read the table that `write_study_csv` wrote, with its metrics.
 
     Raises:
         TegotaeError: if the file cannot be read, is no such table, or has a run twice.
@@ -131,7 +131,7 @@ def merge(source: Folder, target: Folder) -> int:
 
 
 def _content(record: Record) -> list[bytes]:
-    """All that was found, to be compared bit for bit."""
+    """Return the whole content of a table, to be compared bit for bit."""
     content = {name: value for name, value in vars(record).items() if name != "software"}
     return [np.asarray(leaf).tobytes() for leaf in jax.tree.leaves(content)]
 

@@ -159,7 +159,8 @@ class Folder:
         return Study(self.records, cells, suffix=SUFFIX)
 
     def all(self) -> tuple[list[Record], list[str]]:
-        """The study's whole records, in the order of their names, and what is wrong with others.
+        """Return the study's complete records, in the order of their names, and the errors of the
+        others.
 
         Raises:
             TegotaeError: if there is no study.
@@ -194,7 +195,7 @@ class Folder:
 
 
 def _read_named(path: Path) -> Record:
-    """The record at a place, if it is the one that its name promises."""
+    """Return the record at a place, if it has the content that its name promises."""
     record = read_record(path)
     try:
         key = record_key(record.configuration)

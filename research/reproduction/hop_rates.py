@@ -62,6 +62,6 @@ def nearer_resonance(omega: np.ndarray, hop_rate: np.ndarray) -> np.ndarray:
 
 
 def best_hop_rate() -> float:
-    """The hop rate of the most efficient gait that the default hopper can have [rad/s]."""
+    """Return the hop rate of the most efficient gait that the default hopper can have [rad/s]."""
     optimum = curve()
     return float(optimum["omega"][np.nanargmax(optimum["cot_inverse"])])

@@ -129,7 +129,7 @@ def _require_sendable(metric: Metric) -> None:
 
 
 def united(existing: Document, requested: Document) -> Document:
-    """The document of a study that has the experiments of both of two documents (`Plan.document`).
+    """Return the document of a study that has the experiments of two documents (`Plan.document`).
 
     Raises:
         TegotaeError: if they are no parts of one study: anything but the experiments differs, or
@@ -168,7 +168,8 @@ def belongs_to_study(document: Document, configuration: Document) -> bool:
 
 
 def plan(scale: str, models: str | Sequence[str] = "*", extra: Sequence[Experiment] = ()) -> Plan:
-    """The plan of a scale, restricted to the models that match patterns, with others beside them.
+    """Return the plan of a scale, restricted to the models that match patterns, with others beside
+    them.
 
     - `smoke`: three small models for seconds, to see that everything works;
     - `quick`: every architecture, on [F_k] and [F_k, ẏ], with its plain actuation, 5 runs each;

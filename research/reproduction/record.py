@@ -118,7 +118,7 @@ def read_record(path: Path) -> Record:
 
 
 def record_of(result: CellResult) -> Record:
-    """The record in a result.
+    """Return the record in a result.
 
     Raises:
         ValueError: if the result is that of no unit of a study.

@@ -61,7 +61,8 @@ def find_resonance(sigma: np.ndarray, omega: np.ndarray, value: AnyArray) -> Res
 
 
 def find_losses(sigma: np.ndarray, omega: np.ndarray, value: AnyArray) -> DetuningLoss:
-    """The share of a map that is lost `AWAY_RAD_PER_S` from each ω, at the σ that is best there.
+    """Return the share of a map that is lost `AWAY_RAD_PER_S` from each ω, at the σ that is best
+    there.
 
     It is the mean of both sides, where both are inside the map. What has no value has lost all of
     it. Between frequencies of the map values are interpolated.
@@ -123,7 +124,7 @@ class Ridge(NamedTuple):
     """Its 95 % percentile bootstrap interval over the frequencies."""
 
     def line(self, omega: np.ndarray) -> np.ndarray:
-        """The line's gain at these frequencies."""
+        """Return the line's gain at these frequencies."""
         return self.intercept + self.slope * np.asarray(omega)
 
 
@@ -179,7 +180,7 @@ def find_ridge(sigma: np.ndarray, omega: np.ndarray, value: AnyArray) -> Ridge:
 
 
 def line(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Slope, intercept and R² of the least-squares line, along the last axis."""
+    """Return slope, intercept and R² of the least-squares line, along the last axis."""
     dx, dy = x - x.mean(axis=-1, keepdims=True), y - y.mean(axis=-1, keepdims=True)
     xx, xy, yy = (np.sum(a * b, axis=-1) for a, b in ((dx, dx), (dx, dy), (dy, dy)))
     slope = np.divide(xy, xx, out=np.full(np.shape(xx), np.nan), where=xx > 0.0)
@@ -192,7 +193,7 @@ def line(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarr
 
 
 def one_to_one_ridge(sweep: GainSweep) -> Ridge:
-    """The ridge of CoT⁻¹ A among the gaits in which the oscillator turns once per hop.
+    """Return the ridge of CoT⁻¹ A among the gaits in which the oscillator turns once per hop.
 
     Other lockings, such as two turns a hop, have ridges of their own: a line through several of
     them at once would measure at which ω one overtakes the other.

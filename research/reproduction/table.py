@@ -59,7 +59,7 @@ class StudyTable:
         return tuple(name for name in self.columns if name not in (*_DESIGN, *_TRAINING))
 
     def metrics_shown(self, place: str) -> tuple[Metric, ...]:
-        """The metrics that it holds and that are shown at a place, such as "figure".
+        """Return its metrics that are shown at a place, such as "figure".
 
         One that follows from others but is undefined in every row is left out: the table is from
         before there was the metric, or there is none on this body.
@@ -72,7 +72,9 @@ class StudyTable:
         )
 
     def where(self, **values: str | float | tuple[str | float, ...]) -> StudyTable:
-        """The rows in which each named column has the given value, or one of a tuple of values."""
+        """Return the rows in which each named column has the given value, or one of a tuple of
+        values.
+        """
         keep = np.ones(len(self), bool)
         for name, value in values.items():
             allowed = value if isinstance(value, tuple) else (value,)
@@ -83,15 +85,17 @@ class StudyTable:
         return StudyTable({name: column[keep] for name, column in self.columns.items()})
 
     def of_the_paper(self) -> StudyTable:
-        """The rows of the paper's models, at any ω_t, without those of experiments beside them."""
+        """Return the rows of the paper's models, at any ω_t, without those of experiments beside
+        them.
+        """
         return self._rows(self["architecture"] != self["model"])
 
     def beside_the_paper(self) -> StudyTable:
-        """The other rows: those of experiments that are none of the paper's models."""
+        """Return the rows of experiments that are none of the paper's models."""
         return self._rows(self["architecture"] == self["model"])
 
     def per_model(self) -> StudyTable:
-        """One row a model: means over its runs of what is defined."""
+        """Return one row per model: means over its runs of the defined values."""
         names, first = np.unique(self.columns["model"], return_index=True)
         order = np.argsort(first)
         names, first = names[order], first[order]
@@ -106,7 +110,7 @@ class StudyTable:
 
 
 def tabulate(records: Iterable[Record]) -> StudyTable:
-    """The table of some records, in the order of the registry of models."""
+    """Return the table of some records, in the order of the registry of models."""
     return table_of_runs(
         (record_place(record), _training(record), means(record, record.episodes))
         for record in registry_order(records)
@@ -114,7 +118,8 @@ def tabulate(records: Iterable[Record]) -> StudyTable:
 
 
 def tabulate_budgets(records: Iterable[Record]) -> StudyTable | None:
-    """The same after each budget of training, in the column `training_budget`; None without any.
+    """Return the table after each budget of training, in the column `training_budget`, or None
+    without any.
 
     What is not trained is the same after each.
     """
@@ -133,7 +138,7 @@ def tabulate_budgets(records: Iterable[Record]) -> StudyTable | None:
 
 
 def tabulate_sampled(records: Iterable[Record]) -> StudyTable:
-    """The same of the controller that was drawn from each run's final distribution."""
+    """Return the table of the controllers that were drawn from each run's final distribution."""
     return table_of_runs(
         (record_place(record), _training(record), means(record, record.sampled))
         for record in registry_order(records)
@@ -218,7 +223,8 @@ class DesignPlace(TypedDict):
 def table_of_runs(
     sets: Iterable[tuple[DesignPlace, dict[str, np.ndarray], dict[str, np.ndarray]]],
 ) -> StudyTable:
-    """The table of (place in the design, training of its runs, metrics of its runs), [runs] each.
+    """Return the table of (place in the design, training of its runs, metrics of its runs), [runs]
+    each.
 
     It has the metrics of any of them, in the order in which metrics are shown; a metric that a
     model lacks is undefined there.
@@ -267,7 +273,7 @@ def record_place(record: Record) -> DesignPlace:
 
 
 def _senses(experiment: Experiment) -> set[str]:
-    """The senses of the body that the controller's terms read."""
+    """Return the senses of the body that the controller's terms read."""
     reads = {name for term in experiment.controller.terms.values() for name in term.reads}
     return reads.intersection(experiment.body.SENSES)
 

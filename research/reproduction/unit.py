@@ -108,7 +108,9 @@ def metrics_document(metrics: Iterable[Metric]) -> Document:
 
 
 def record_key(configuration: Document) -> str:
-    """The name of a record with this configuration: the experiment's, and a hash of it all."""
+    """Return the name of a record with this configuration: the experiment's, and a hash of it
+    all.
+    """
     return study.cell_key(configuration["experiment"]["name"], configuration)
 
 
@@ -132,7 +134,7 @@ class _Learned(NamedTuple):
 
 
 def _drawn_start(standard: Scenario, runs: int, spread_m: float = 0.1) -> Scenario:
-    """The standard release at phase 0, and others drawn around it: entries of shape [runs].
+    """Return the standard release at phase 0, and others drawn around it: entries of shape [runs].
 
     A search has no randomness. What spreads are the conditions that its outcome starts from.
 
@@ -206,7 +208,7 @@ def work(unit: Unit) -> Record:
 
 
 def _drawn(learned: _Learned, seeds: Iterable[int]) -> np.ndarray:
-    """A controller of each run, drawn from the best distribution that it saw, [runs, n_weights]."""
+    """Draw a controller of each run from the best distribution that it saw, [runs, n_weights]."""
     normal = [
         np.random.default_rng(seed).standard_normal(learned.weights.shape[1]) for seed in seeds
     ]

@@ -50,7 +50,7 @@ class ZooEntry:
 
 
 def zoo_entries(records: Iterable[Record]) -> Iterator[ZooEntry]:
-    """The runs of every record, in the order of the registry of models."""
+    """Yield the runs of every record, in the order of the registry of models."""
     for record in registry_order(records):
         yield ZooEntry(
             document=_document(record),

@@ -70,7 +70,7 @@ class Parity:
 
 
 def trained(folder: Path) -> dict[str, SavedController]:
-    """The best run of every model of a study."""
+    """Return the best run of every model of a study."""
     controllers = {}
     for record in Folder(folder).all()[0]:
         experiment = record.experiment
@@ -82,7 +82,9 @@ def trained(folder: Path) -> dict[str, SavedController]:
 
 
 def hoppers(best: dict[str, SavedController]) -> list[dict[str, Any]]:
-    """A row for each: apexes of the compiled controllers against those of the package."""
+    """Return one row per hopper: apexes of the compiled controllers against those of the
+    package.
+    """
     with tempfile.TemporaryDirectory() as folder:
         programs = []
         for i, saved in enumerate(best.values()):
@@ -109,7 +111,7 @@ def hoppers(best: dict[str, SavedController]) -> list[dict[str, Any]]:
 
 
 def walker(name: str) -> dict[str, Any]:
-    """A row for a legged system: how far apart the two bodies are at any time."""
+    """Return a row for a legged system: the largest distance of the two bodies at any time."""
     legs = system(name)
     saved = SavedController.from_weights(
         legs.controller, np.array(legs.weights), legs.omega, legs.body

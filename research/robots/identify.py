@@ -32,7 +32,7 @@ SECONDS = 60.0
 
 
 def drawn(rng: np.random.Generator) -> dict[str, float]:
-    """The numbers of a leg, by the names of `FITTED`."""
+    """Draw the numbers of a leg, by the names of `FITTED`."""
 
     def between(low: float, high: float) -> float:
         return float(np.exp(rng.uniform(np.log(low), np.log(high))))
@@ -50,7 +50,9 @@ def drawn(rng: np.random.Generator) -> dict[str, float]:
 
 
 def recorded(seed: int, file: Path) -> tuple[dict[str, float], int]:
-    """The numbers of a leg whose log is written, and how many broke before."""
+    """Return the numbers of a leg whose log is written, and the number of failed draws before
+    it.
+    """
     rng = np.random.default_rng(seed)
     for broken in range(100):
         numbers = drawn(rng)
@@ -63,7 +65,7 @@ def recorded(seed: int, file: Path) -> tuple[dict[str, float], int]:
 
 
 def rows_of(seed: int, folder: Path) -> list[dict[str, object]]:
-    """A row a number of one leg: the truth, the fit and its interval."""
+    """Return one row per number of one leg: the truth, the fit and its interval."""
     file = folder / "log.csv"
     truth, broken = recorded(seed, file)
     fit = identify(log_of(recording(read_columns(file), quantities=QUANTITIES)))
@@ -86,7 +88,9 @@ def rows_of(seed: int, folder: Path) -> list[dict[str, object]]:
 
 
 def summary(bodies: pd.DataFrame) -> list[dict[str, object]]:
-    """A row a number: errors in per cent, and how often interval and 5 % hold."""
+    """Return one row per number: errors in per cent, and the share of cases within the interval and
+    5 %.
+    """
     error = 100.0 * (bodies.fit / bodies.truth - 1.0)
     bodies = bodies.assign(
         error=error,

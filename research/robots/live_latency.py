@@ -29,7 +29,7 @@ STEPS = 100_000
 
 
 def page_leg() -> Any:
-    """The simulated leg of the page."""
+    """Return the simulated leg of the page."""
     (source,) = re.findall(r"# my_leg\.py\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.S)
     namespace: dict = {}
     exec(source, namespace)

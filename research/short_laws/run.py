@@ -77,7 +77,7 @@ class ShortLaws:
 
 
 def merits(subject: str, name: str, numbers: int, omega: float) -> pd.DataFrame:
-    """Merit, settled share and following of every run."""
+    """Return merit, settled share and following of every run."""
     scores = tg.load(subject).evaluate().table
 
     def of_run(run: pd.DataFrame) -> pd.Series:

@@ -43,7 +43,7 @@ class Confirmation(TypedDict):
 
 
 def ranking(trials: Sequence[FrozenTrial]) -> list[FrozenTrial]:
-    """The completed trials, the best first.
+    """Return the completed trials, the best first.
 
     Raises:
         TegotaeError: if no trial is complete.
@@ -55,7 +55,7 @@ def ranking(trials: Sequence[FrozenTrial]) -> list[FrozenTrial]:
 
 
 def tried_first(space: Space) -> Settings:
-    """The settings that every search of a space begins with."""
+    """Return the settings with which every search of a space begins."""
     trial = require("optuna", "tune").trial.FixedTrial(dict(space.first))
     return space.suggest(trial)
 
@@ -63,7 +63,7 @@ def tried_first(space: Space) -> Settings:
 def describe(
     algorithm: str, task: TuningTask, space: Space, trials: Sequence[FrozenTrial]
 ) -> TunedSettings:
-    """The best settings and how they were found, as JSON values: a named configuration.
+    """Return the best settings and the data of their search, as JSON values: a named configuration.
 
     Args:
         algorithm: its name.

@@ -33,7 +33,7 @@ _CONFIGURATION = "configuration"
 def opened(
     path: Path, configuration: Mapping[str, Json], *, restart: bool = False
 ) -> Iterator[Study]:
-    """The study in a storage file, begun or continued; no other process may open it meanwhile.
+    """Open the study in a storage file, new or continued; no other process may open it meanwhile.
 
     What a killed tuner left is put in order: half a line at the file's end is cut off, and trials
     that it was at are failed and put into the queue again.

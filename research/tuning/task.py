@@ -87,7 +87,8 @@ class TuningTask:
         return episodes
 
     def jobs(self, at_once: int) -> list[tuple[int, tuple[int, ...]]]:
-        """The trainings in the order in which they are made: indices of experiments and seeds.
+        """Return the trainings in the order in which they are made: indices of experiments and
+        seeds.
 
         A few seeds of each in turn, so that bad settings are found out on all of them early.
         """

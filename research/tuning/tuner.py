@@ -193,13 +193,13 @@ def _search(
 def _training(
     task: TuningTask, job: tuple[int, tuple[int, ...]]
 ) -> tuple[TuningTask, Experiment, tuple[int, ...]]:
-    """Task, experiment and seeds, as `Space.learn` takes them."""
+    """Return task, experiment and seeds, as `Space.learn` takes them."""
     number, seeds = job
     return task, task.experiments[number], tuple(task.first_seed + seed for seed in seeds)
 
 
 def _instance(task: TuningTask, model: int, seed: int) -> int:
-    """The number under which a training's value is reported: the same in every trial."""
+    """Return the number under which a training's value is reported: the same in every trial."""
     return model * task.seeds + seed
 
 

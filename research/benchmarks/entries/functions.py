@@ -4,7 +4,7 @@ import numpy as np
 
 
 def rebound(observed: np.ndarray) -> np.ndarray:
-    """Hopper, load+imu: full force while the leg is loaded and extends."""
+    """Apply full force while the leg is loaded and extends (hopper, load and IMU)."""
     load, velocity = observed
     return np.array([4.0 if load > 0.0 and velocity > 0.0 else 0.0])
 
@@ -16,7 +16,7 @@ class Rebound:
         self.before = 0.0
 
     def __call__(self, observed: np.ndarray) -> np.ndarray:
-        """The force [N]."""
+        """Return the force [N]."""
         load, previous = observed[0], self.before
         self.before = load
         return np.array([4.0 if 0.0 < load < previous else 0.0])

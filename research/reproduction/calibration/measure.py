@@ -79,13 +79,13 @@ class FitnessMap(NamedTuple):
 
 
 def vanilla_controller(reading: Reading, actuation: str) -> Controller:
-    """The vanilla controller under a reading."""
+    """Return the vanilla controller under a reading."""
     controller = recipe(f"V-{actuation}-w8").controller()
     return dataclasses.replace(controller, actuation=reading.actuation(controller.actuation))
 
 
 def measure_reading(reading: Reading, grid: CalibrationGrid | None = None) -> VanillaScores:
-    """The scores of a reading.
+    """Measure the scores of a reading.
 
     Bodies are data of the compiled programs: readings that share sector and work share these.
 
@@ -111,7 +111,7 @@ def score_maps(
     gains: dict[tuple[str, float], float],
     protocol: Protocol,
 ) -> VanillaScores:
-    """The scores of a reading from its maps, with V's gains by actuation and ω_t.
+    """Return the scores of a reading from its maps, with V's gains by actuation and ω_t.
 
     Args:
         reading: the reading.
@@ -147,7 +147,7 @@ def score_maps(
 
 
 def gain_map(reading: Reading, actuation: str, grid: CalibrationGrid) -> FitnessMap:
-    """The map of one actuation under a reading."""
+    """Return the map of one actuation under a reading."""
     hopper = reading.hopper
     sigma, omega = np.array(grid.gains) / hopper.weight_n, np.array(grid.omegas)
     rollout = Rollout(

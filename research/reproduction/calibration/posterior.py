@@ -99,7 +99,8 @@ def shortfalls(scores: np.ndarray, levels: np.ndarray) -> np.ndarray:
 
 
 def posterior(distance: np.ndarray, share: float = 0.05) -> CalibrationPosterior:
-    """The nearest share of the readings, weighted by Epanechnikov's kernel of their distance.
+    """Return the nearest share of the readings, weighted by Epanechnikov's kernel of their
+    distance.
 
     Args:
         distance: of all readings, [readings], by `distances` or `shortfalls`.

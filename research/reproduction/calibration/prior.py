@@ -87,7 +87,7 @@ def relative_place(choice: AnalysisChoice, value: Any) -> float:
 
 
 def value_at(choice: AnalysisChoice, share: float) -> Any:
-    """The value at a share in [0, 1) of the way between the ends of a choice."""
+    """Return the value at a share in [0, 1) of the way between the ends of a choice."""
     if choice.name in LOGARITHMIC:
         low, high = choice.values
         return low * (high / low) ** share

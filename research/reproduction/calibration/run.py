@@ -33,7 +33,7 @@ def calibrate(
     grid: CalibrationGrid | None = None,
     scorer: Scorer | None = None,
 ) -> np.ndarray:
-    """The scores of some readings of the prior, [readings, scores].
+    """Calculate the scores of some readings of the prior, [readings, scores].
 
     Those that the table has are kept; others are measured and added.
 
@@ -64,7 +64,7 @@ def calibrate(
 
 
 def read_scores(path: Path) -> dict[int, list[float]]:
-    """The scores that a table holds, by the number of the reading in the prior.
+    """Return the scores that a table holds, by the number of the reading in the prior.
 
     Raises:
         TegotaeError: if it cannot be read or holds something else.
@@ -100,7 +100,7 @@ def _write(path: Path, rows: dict[int, list[float]]) -> None:
 
 
 def _cell(value: object) -> str:
-    """A value of a choice as a cell: numbers that a reader can copy."""
+    """Return a value of a choice as a cell: numbers that a reader can copy."""
     if isinstance(value, tuple):
         return " ".join(f"{number:g}" for number in value)
     return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -85,7 +85,7 @@ def reflex_stays(omega: np.ndarray, cot: np.ndarray) -> float:
 
 
 def quick_loss(omega: np.ndarray, cot: np.ndarray, away: float = 1.0) -> float:
-    """The share of CoT⁻¹ that is lost `away` [rad/s] from an ω at the σ that is best there.
+    """Return the share of CoT⁻¹ that is lost `away` [rad/s] from an ω at the σ that is best there.
 
     A frequency without a limit cycle has lost all of it.
     """
@@ -106,7 +106,7 @@ def quick_loss(omega: np.ndarray, cot: np.ndarray, away: float = 1.0) -> float:
 def tuned_gain(
     sigma: np.ndarray, omega: np.ndarray, fitness: np.ndarray, over: Sequence[float]
 ) -> float:
-    """V's gain: that of the most mean fitness over some frequencies.
+    """Return V's gain with the largest mean fitness over some frequencies.
 
     Fig. 4's best gain is another at each ω. V has one for all that it is evaluated at, and may have
     been tuned at ω_t alone or, which is more robust, over all of them.
@@ -122,13 +122,13 @@ def tuned_gain(
 
 
 def transient_score(transient_s: np.ndarray, longest_s: float) -> float:
-    """1 less the mean of transients over the longest; NaN ones are as long as that."""
+    """Return 1 less the mean of transients over the longest; a NaN counts as the longest."""
     filled = np.where(np.isfinite(transient_s), transient_s, longest_s)
     return float(np.clip(1.0 - filled.mean() / longest_s, 0.0, 1.0))
 
 
 def slows(feedback: np.ndarray, force: np.ndarray, omega: np.ndarray) -> float:
-    """The mean share of ω by which feedback slows the oscillator while the actuator pushes.
+    """Return the mean share of ω by which feedback slows the oscillator while the actuator pushes.
 
     Args:
         feedback: [rad/s], [frames, lanes].

@@ -12,7 +12,8 @@ PLATEAU = "plateau"
 
 
 def by_budget(table: StudyTable, final: StudyTable | None = None) -> dict[str, StudyTable]:
-    """The runs after each budget of training, ascending, by a heading, such as "5120 episodes".
+    """Return the runs after each budget of training, ascending, by a heading, such as "5120
+    episodes".
 
     A run that has no row at a budget counts with its latest one before it: it had ended by then.
     Rows without a budget, such as of a gain found by search, count at each.
@@ -33,7 +34,7 @@ def by_budget(table: StudyTable, final: StudyTable | None = None) -> dict[str, S
 
 
 def _with_budget(table: StudyTable, budget: float) -> StudyTable:
-    """Every run as it was after a budget [episodes]: its last row up to there."""
+    """Return every run as it was after a budget [episodes]: its last row up to there."""
     spent = np.nan_to_num(table["training_budget"], nan=0.0)
     last: dict[tuple[str, int], int] = {}
     for row in np.argsort(spent, kind="stable"):

@@ -66,7 +66,7 @@ CHOICES = {
 
 
 def counts(table: StudyTable) -> list[Count]:
-    """Every way to count a table, the study's own first.
+    """Return every way to count a table, the study's own first.
 
     Example:
         >>> import numpy as np
@@ -89,12 +89,12 @@ def counts(table: StudyTable) -> list[Count]:
 
 
 def differ_in(a: Count, b: Count) -> list[str]:
-    """The choices in which two counts differ."""
+    """Return the choices in which two counts differ."""
     return [f.name for f in fields(Count) if getattr(a, f.name) != getattr(b, f.name)]
 
 
 def with_sampled(table: StudyTable, sampled: StudyTable | None) -> StudyTable:
-    """The runs, and as a second sample of each the controller that was drawn from its distribution.
+    """Return the runs and, as a second sample of each, the controller drawn from its distribution.
 
     Args:
         table: a row a run.
@@ -117,7 +117,7 @@ def has_episodes(table: StudyTable) -> bool:
 def metric_per_run(
     table: StudyTable, metric: str, unsettled: str, protocol: Protocol | None = None
 ) -> StudyTable:
-    """The rows of the runs, with one metric as it counts.
+    """Return the rows of the runs with one metric, as the way to count requires.
 
     Args:
         table: of runs or of episodes.
@@ -154,7 +154,7 @@ _WORST = {
 
 
 def _share(table: StudyTable, metric: str, unsettled: str) -> np.ndarray:
-    """The share of a run's episodes that its mean is over."""
+    """Return the share of a run's episodes over which its mean is taken."""
     settled = table["limit_cycle_share"]
     if metric == "t1_s":
         return settled * np.nan_to_num(table["recovery_share"])
@@ -166,7 +166,7 @@ def _share(table: StudyTable, metric: str, unsettled: str) -> np.ndarray:
 
 
 def _episodes_averaged(columns: dict[str, np.ndarray], metric: str) -> StudyTable:
-    """A row per run: the mean of one metric over the episodes that define it."""
+    """Return one row per run: the mean of one metric over the episodes that define it."""
     names = ["model", "run", *(["sample"] if "sample" in columns else [])]
     keys = list(zip(*(columns[name].tolist() for name in names), strict=True))
     rows: dict[tuple, list[int]] = {}

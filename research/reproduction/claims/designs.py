@@ -16,7 +16,7 @@ DRIVES = {"sector": "φ", "tphi": "φ", "reflex": "f", "tf": "f", "both": "φf",
 
 
 def designs(table: StudyTable) -> dict[tuple, StudyTable]:
-    """A table's rows by ω_t and by what the actuation follows.
+    """Return a table's rows by ω_t and by the inputs of the actuation.
 
     A single network has neither; all of its rows are one design.
     """

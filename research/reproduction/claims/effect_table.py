@@ -25,7 +25,9 @@ _KIND = "table that python -m research.reproduction claims wrote"
 
 
 def effect_columns(findings: Iterable[Finding]) -> dict[str, list[Any]]:
-    """A row per claim and way to count: the effect, its 95 % intervals, its size, the verdict."""
+    """Return one row per claim and way to count: the effect, its 95 % intervals, its size, the
+    verdict.
+    """
     columns: dict[str, list[Any]] = {name: [] for name in ("claim", *_COUNT, *_EFFECT, _VERDICT)}
     for finding in findings:
         verdicts = finding.verdicts
@@ -40,7 +42,7 @@ def effect_columns(findings: Iterable[Finding]) -> dict[str, list[Any]]:
 
 
 def effects_csv(findings: Iterable[Finding]) -> str:
-    """The table as the text of a CSV file."""
+    """Return the table as the text of a CSV file."""
     return tables.csv_text(effect_columns(findings), digits=DIGITS)
 
 

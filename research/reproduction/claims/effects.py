@@ -151,7 +151,7 @@ Effect = (
 
 
 def groups_of_effect(effect: Effect) -> tuple[ArchitectureGroup, ...]:
-    """The groups of architectures that an effect is about; none for one of other things.
+    """Return the groups of architectures that an effect compares, or none if it compares others.
 
     A correlation is about all models.
 

@@ -62,7 +62,7 @@ NOT_KNOWN = EffectEstimate(np.nan, np.nan, np.nan)
 
 
 def estimate_effect(effect: Effect, runs: Resampled, count: Count) -> EffectEstimate:
-    """An effect of a study's table; `NOT_KNOWN` if the table does not have what it is about.
+    """Estimate an effect from a study's table, or return `NOT_KNOWN` if the table lacks its data.
 
     Args:
         effect: the claim's effect.
@@ -147,11 +147,11 @@ class _DesignCells:
     def difference(
         self, ours: ArchitectureGroup, theirs: ArchitectureGroup | None, *, lowest: bool = False
     ) -> EffectEstimate:
-        """One group minus another."""
+        """Return one group minus another."""
         return _interval(self._difference(ours, theirs, lowest=lowest))
 
     def gain(self, effect: DoubleDifference) -> EffectEstimate:
-        """One difference minus another; its size is the second."""
+        """Return one difference minus another; its size is the second."""
         ours, theirs = (self._difference(*pair) for pair in (effect.ours, effect.theirs))
         same_shape = theirs.of_designs.shape == ours.of_designs.shape
         designs = ours.of_designs - (theirs.of_designs if same_shape else theirs.values[0])
@@ -189,7 +189,9 @@ class _DesignCells:
         )
 
     def _of_designs(self, mine: list[tuple[str, str]], base: dict[tuple, float]) -> np.ndarray:
-        """Each architecture and drive less the base, those with numbers, [designs, ω_t]."""
+        """Return each architecture and drive minus the base, where all have numbers, [designs,
+        ω_t].
+        """
         if ANYWHERE in base:
             return _NO_DESIGNS
         omegas, drives = ({place[i] for place in base} for i in (0, 1))
@@ -206,7 +208,9 @@ class _DesignCells:
         return complete(gaps)
 
     def _shared(self, a: set[tuple], b: set[tuple]) -> list[tuple]:
-        """The places at which both are; what has none is at each of the other's."""
+        """Return the places that both have; a value without a place is repeated at those of the
+        other.
+        """
         if a == {ANYWHERE} or b == {ANYWHERE}:
             return sorted((a | b) - {ANYWHERE}) or [ANYWHERE]
         return sorted((a & b) - {ANYWHERE})
@@ -219,7 +223,7 @@ class _DesignCells:
     def _lowest(
         self, cells: list[tuple[str, str]], place: tuple, shared: list[tuple]
     ) -> np.ndarray:
-        """Return, at a place of the design, the architecture that is lowest over all cells."""
+        """Return the architecture that is lowest over all cells at a place of the design."""
         means = _stacked([_over([self._level([cell], p) for p in shared]) for cell in cells])
         ranked = np.where(np.isnan(means), np.inf, means)
         levels = _stacked([self._level([cell], place) for cell in cells])

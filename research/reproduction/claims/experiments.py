@@ -30,7 +30,7 @@ class Training:
 
 
 def read_trainings(path: Path) -> list[Training]:
-    """The trainings of a table such as `parameter_limit.csv`.
+    """Read the trainings of a table such as `parameter_limit.csv`.
 
     Raises:
         TegotaeError: if it cannot be read.
@@ -54,7 +54,7 @@ def read_ridges(folder: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def read_resonances(folder: Path) -> dict[str, np.ndarray]:
-    """The best frequency of each gain that has one, by actuation.
+    """Read the best frequency of each gain that has one, by actuation.
 
     Raises:
         TegotaeError: if the table cannot be read.
@@ -64,7 +64,7 @@ def read_resonances(folder: Path) -> dict[str, np.ndarray]:
 
 
 def read_losses(folder: Path) -> dict[str, np.ndarray]:
-    """The share of CoT⁻¹ that is lost 1 rad/s beside each frequency, by actuation.
+    """Read the share of CoT⁻¹ that is lost 1 rad/s beside each frequency, by actuation.
 
     Raises:
         TegotaeError: if the table cannot be read.
@@ -143,7 +143,7 @@ EXPERIMENTS = (
 
 
 def command_for(table: str, folder: Path | None = None) -> str:
-    """The command that measures what a table holds, and leaves it in a folder.
+    """Return the command that measures the content of a table, and leaves it in a folder.
 
     Example:
         >>> command_for("parameter_limit.csv")

@@ -148,7 +148,7 @@ def findings(
     options: Iterable[Count] | None = None,
     selected: Collection[str] = (),
 ) -> list[Finding]:
-    """Every claim's effect in every way to count.
+    """Return the effect of every claim in every way to count.
 
     Args:
         table: the study's runs, or their episodes. Experiments beside the paper's models decide

@@ -29,7 +29,8 @@ _RESAMPLES = 4000
 
 
 def measure_kept(effect: OfTrainings | OfGainMap, folder: Path | None) -> EffectEstimate:
-    """An effect of the experiments' tables in a folder; `NOT_KNOWN` of a table that is not there.
+    """Measure an effect from the experiments' tables in a folder, or return `NOT_KNOWN` for a
+    missing table.
 
     Args:
         effect: the claim's effect.
@@ -57,7 +58,7 @@ def measure_kept(effect: OfTrainings | OfGainMap, folder: Path | None) -> Effect
 
 
 def _of_curves(effect: OfTrainings, path: Path) -> EffectEstimate:
-    """CoT⁻¹ late in training, one algorithm minus another, averaged over the policies."""
+    """Return CoT⁻¹ late in training, one algorithm minus another, averaged over the policies."""
     curves = groups(read_curves([path]))
     algorithms = (effect.ours, effect.theirs)
     models = dict.fromkeys(model for model, _ in curves)
@@ -74,7 +75,9 @@ def _of_curves(effect: OfTrainings, path: Path) -> EffectEstimate:
 
 
 def _of_gaits(effect: OfTrainings, path: Path) -> EffectEstimate:
-    """A metric of an algorithm's trained gaits, averaged over the policies, each over its runs."""
+    """Return a metric of an algorithm's trained gaits, averaged over the policies, each over its
+    runs.
+    """
     cells = tables.read_csv(path, ("algorithm", "model", effect.metric), kind="table of gaits")
     ours = cells["algorithm"] == effect.ours
     values = tables.parse_numbers(cells[effect.metric])
@@ -156,7 +159,7 @@ def _of_draws(values: np.ndarray, size: float) -> EffectEstimate:
 
 
 def _line(omega: np.ndarray, sigma: np.ndarray) -> dict[str, np.ndarray]:
-    """The line through a ridge, and through its frequencies drawn anew, [1 + resamples] each."""
+    """Fit the line through a ridge, and through its resampled frequencies, [1 + resamples] each."""
     defined = np.isfinite(sigma)
     omega, sigma = omega[defined], sigma[defined]
     n = len(omega)

@@ -20,7 +20,8 @@ _DIGITS = 8
 
 
 def words_of(text: str) -> list[str]:
-    """The words of a text in small letters, without its marks of mathematics and punctuation.
+    """Return the words of a text in small letters, without its marks of mathematics and
+    punctuation.
 
     Example:
         >>> words_of("the CoT^{-1} of $s = [F_k]$")
@@ -31,7 +32,7 @@ def words_of(text: str) -> list[str]:
 
 
 def hashes_of(text: str) -> set[str]:
-    """The hash of every run of words of a text; none of a text that is shorter than one."""
+    """Return the hash of every run of words of a text, or none for a text shorter than one run."""
     words = words_of(text)
     runs = (" ".join(words[i : i + RUN]) for i in range(len(words) - RUN + 1))
     return {hashlib.sha256(run.encode()).hexdigest()[:_DIGITS] for run in runs}

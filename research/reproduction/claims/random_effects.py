@@ -7,7 +7,7 @@ from scipy import stats
 
 
 def crossed(differences: np.ndarray) -> tuple[float, float]:
-    """95 % interval of the mean of differences [designs, ω_t], both random effects.
+    """Return the 95 % interval of the mean of differences [designs, ω_t], both random effects.
 
     `Var = (MS_design + MS_ω - MS_rest) / (designs · ω_t)`, at least `MS_rest / (designs · ω_t)`;
     degrees of freedom after Satterthwaite. Of one design, or of one ω_t, it is Student's over the

@@ -47,7 +47,8 @@ class Resampled:
         self.models = ModelColumns(name, architecture, observation, actuation, omega_t)
 
     def values(self, metric: str, count: Count) -> np.ndarray:
-        """A metric of every model, [1 + resamples, models]: as it is, and of each draw of the runs.
+        """Return a metric of every model, [1 + resamples, models]: as it is, and in each draw of
+        the runs.
 
         NaN where undefined. The mean of runs needs two that define it, unless there is one only.
         """
@@ -90,7 +91,7 @@ class Resampled:
         )
 
     def _sampled(self, of_run: np.ndarray, values: np.ndarray, runs: np.ndarray) -> np.ndarray:
-        """One controller drawn from each of some runs' distributions; the first is their mean."""
+        """Draw one controller from each of some runs' distributions; the first is their mean."""
         drawn = np.full(len(runs), np.nan)
         for run in np.unique(runs):
             of_it = values[of_run == run]

@@ -74,7 +74,9 @@ class GainMap(Output, HopperParameters):
 
 
 def _fit(ridge: Ridge) -> str:
-    """A ridge's line in words: slope ± standard error, R² and its 95 % interval, its points."""
+    """Return a ridge's line in words: slope ± standard error, R² and its 95 % interval, its
+    points.
+    """
     fitted, censored = int((~ridge.censored).sum()), int(ridge.censored.sum())
     left_out = f"; {censored} more have their best gain at the map's edge" if censored else ""
     if not np.isfinite(ridge.slope):

@@ -95,8 +95,9 @@ def unique_label(saved: SavedController, path: Path, taken: Container[str]) -> s
 
 
 def _of_table(table: StudyTable, *, several: bool) -> dict[str, Gaits]:
-    """The best run of each model, learned and V: mean hop frequency and CoT⁻¹ of its episodes; of
-    those whose cycles have one hop in all episodes, or of the others."""
+    """Return the best run of each model, learned and V: mean hop frequency and CoT⁻¹ of its
+    episodes; of those whose cycles have one hop in all episodes, or of the others.
+    """
     best = []
     for model in np.unique(table["model"]):
         rows = np.flatnonzero(table["model"] == model)
@@ -122,7 +123,7 @@ def _optimal_stance(omega: float) -> dict[str, np.ndarray]:
 
 
 def _gait(saved: SavedController) -> Gait:
-    """The gait that a controller settles on, of single numbers."""
+    """Return the gait on which a controller settles, in single numbers."""
     system = saved.system
     rollout = system.rollout(GaitSummary(), system.timing_over(60.0))
     return rollout.run(saved.weights, system.scenario(), saved.body).lane()

@@ -19,7 +19,7 @@ class CheckProofs:
     """Prove the table's rows anew first; its gaits stay as they are."""
 
     def run(self) -> None:
-        """Check, a line a row."""
+        """Check the table and print one line per row."""
         if self.make:
             require("casadi", "optimum")
             proofs.write_bounds(curve().columns)

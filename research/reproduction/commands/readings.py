@@ -121,7 +121,7 @@ class MultiverseFigures(PictureFormat):
     """Frequency ω_t of the verdicts: both, 4 or 8 rad/s."""
 
     def run(self) -> None:
-        """Draw."""
+        """Draw the figure."""
         from research.reproduction.figures.multiverse import curve_figure, overview_figure
         from research.reproduction.readings.influence import decisive, influences
         from research.reproduction.readings.tables import READINGS, read_tables

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def experiments_at(place: str) -> list[Experiment]:
-    """The experiments of a name: one, or a list in a user's own file or a file of documents.
+    """Return the experiments of a name: one, or a list in a user's own file or a file of documents.
 
     Raises:
         TegotaeError: if there are none, or they cannot be read.
@@ -161,7 +161,7 @@ def planned_at(document: Document) -> list[str]:
 
 
 def _model(name: str) -> str:
-    """The name of a model without its frequency."""
+    """Return the name of a model without its frequency."""
     return name.rpartition("-w")[0] or name
 
 
@@ -275,7 +275,7 @@ class StudyFigures(PictureFormat):
     export`; a study's folder contains it."""
 
     def run(self) -> None:
-        """Draw."""
+        """Draw the figures."""
         from research.reproduction.claims.budgets import by_budget
         from research.reproduction.claims.counting import Count
         from research.reproduction.claims.findings import findings
@@ -340,7 +340,7 @@ class StudyMerge:
     """Folder to copy to."""
 
     def run(self) -> None:
-        """Copy, and say how many."""
+        """Copy the records, and print their number."""
         from research.reproduction.export import merge
 
         copied = merge(Folder(self.source), Folder(self.dir))
@@ -367,7 +367,7 @@ class StudyTables:
 def tables_of(
     source: Path, budgets: Path | None = None, sampled: Path | None = None
 ) -> StudyTables:
-    """The tables of a study.
+    """Return the tables of a study.
 
     Args:
         source: an exported table, or a study's folder.

@@ -36,7 +36,7 @@ LOOK = {
 
 
 def budgets_figure(by_budget: Mapping[str, Sequence[Finding]]) -> Figure:
-    """Each effect with its 95 % interval over the training budget, a panel a claim.
+    """Draw each effect with its 95 % interval over the training budget, one panel per claim.
 
     Colour and mark say whether the claim is reproduced, opposite, or too small to tell; the shaded
     side of zero is what is claimed. Claims without a sign, or without an effect at any budget, are
@@ -86,7 +86,9 @@ def budgets_figure(by_budget: Mapping[str, Sequence[Finding]]) -> Figure:
 
 
 def drawn_claims(by_budget: Mapping[str, Sequence[Finding]]) -> list[str]:
-    """The names of the claims that the figure has a panel for: with a sign, and an effect."""
+    """Return the names of the claims that the figure has a panel for: with a sign, and an
+    effect.
+    """
     return [
         claim
         for claim, effects in _effects(by_budget).items()
@@ -103,7 +105,7 @@ def _by_claim(findings: Sequence[Finding]) -> dict[str, Finding]:
 
 
 def _effects(by_budget: Mapping[str, Sequence[Finding]]) -> dict[str, list[EffectEstimate]]:
-    """The effects of every claim with a sign, budget by budget."""
+    """Return the effects of every claim with a sign, budget by budget."""
     estimates: dict[str, list[EffectEstimate]] = {}
     for findings in by_budget.values():
         for name, finding in _by_claim(findings).items():

@@ -24,7 +24,7 @@ def posterior_figure(
     standard: Reading,
     program: Reading,
 ) -> Figure:
-    """Each choice's posterior beside its prior, in the order of `PRIOR`.
+    """Draw each choice's posterior beside its prior, in the order of `PRIOR`.
 
     Grey is the prior, each line the posterior by one strictness. A black triangle marks the study's
     own reading, a green one that of the co-author's program.
@@ -124,7 +124,8 @@ def scores_figure(
     marked: Mapping[str, np.ndarray],
     levels: Mapping[str, np.ndarray],
 ) -> Figure:
-    """The scores of readings, a row a statement: where they lie, and from where one counts as met.
+    """Draw the scores of readings, one row per statement, with the limit from which it counts as
+    met.
 
     Args:
         words: the statements, short.

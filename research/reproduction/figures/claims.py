@@ -101,7 +101,7 @@ def has_effects(findings: Sequence[Finding]) -> bool:
 
 
 def _rows(groups: Mapping[str, Sequence[Finding]]) -> list[str | Finding]:
-    """Headings, each followed by its findings that have an effect."""
+    """Return headings, each followed by its findings that have an effect."""
     rows: list[str | Finding] = []
     for heading, group in groups.items():
         drawn = [finding for finding in group if shown_effect(finding)]
@@ -149,7 +149,7 @@ def _draw_ways(axes: Axes, y: int, finding: Finding) -> None:
 
 
 def _handles(rows: Sequence[str | Finding]) -> list[Line2D | Patch]:
-    """A line for each verdict; that of a body chosen to agree only where there is one."""
+    """Return a line for each verdict; that of a body chosen to agree only where there is one."""
     selected = any(row.selected for row in rows if not isinstance(row, str))
     lines: list[Line2D | Patch] = [
         Line2D([], [], color=colour, marker=mark, ms=3.5, lw=1.2, label=word)

@@ -75,7 +75,8 @@ class PolicyPanel:
 
 
 def policy_panels(records: Sequence[Record], table: StudyTable) -> list[PolicyPanel]:
-    """The panels that a study has runs for: on [F_k], of the best fitness among those that settle.
+    """Return the panels that a study has runs for: on [F_k], of the best fitness among those that
+    settle.
 
     Args:
         records: of the study.
@@ -133,7 +134,8 @@ def _normalised(table: StudyTable, row: int) -> dict[str, float]:
 
 
 def policies_figure(panels: Sequence[PolicyPanel]) -> Figure:
-    """A column of two a panel: F_a over phase and spring force with the limit cycle; F_a and f.
+    """Draw two plots per panel: F_a over phase and spring force with the limit cycle; F_a and f
+    below.
 
     Raises:
         TegotaeError: if there is no panel.
@@ -167,7 +169,9 @@ def policies_figure(panels: Sequence[PolicyPanel]) -> Figure:
 
 
 def policies_table(panels: Iterable[PolicyPanel]) -> str:
-    """A row a panel: its model and run, its metrics as Fig. 5 normalises them, and the shares."""
+    """Return one row per panel: its model and run, its metrics as Fig. 5 normalises them, and the
+    shares.
+    """
     names = (*NORMALISED, *SHARES)
     rows = [["", "Model", *(HOPPING.find(name).label for name in names)]]
     for panel in panels:

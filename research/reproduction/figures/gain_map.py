@@ -39,7 +39,7 @@ _LABELS = ("CoT$^{-1}$ A  [m/J]", "CoT$^{-1}$ B  [m/J]")
 def gain_map_figure(
     sweeps: Mapping[str, GainSweep], ridges: Mapping[str, Ridge], *, optimum: bool = False
 ) -> Figure:
-    """CoT⁻¹ A and B over frequency and gain, one row of panels per actuation.
+    """Draw CoT⁻¹ A and B over frequency and gain, one row of panels per actuation.
 
     Below, the best of each frequency beside the largest CoT⁻¹ A that any force can have
     (`tegotae.measures.optimum.curve`), where that is known for the body. It is that at any
@@ -120,7 +120,7 @@ def gain_map_figure(
 
 
 def _beside_the_optimum(panel: Axes, ridges: Mapping[str, Ridge], *, has_optimum: bool) -> None:
-    """The best CoT⁻¹ A of each frequency, and the largest possible."""
+    """Draw the best CoT⁻¹ A of each frequency, and the largest possible."""
     for colour, (name, ridge) in zip((COLOURS[0], COLOURS[4]), ridges.items(), strict=False):
         panel.plot(ridge.omega, ridge.value, ".", ms=2.5, mew=0, color=colour, label=f"best {name}")
     if has_optimum:
@@ -131,7 +131,7 @@ def _beside_the_optimum(panel: Axes, ridges: Mapping[str, Ridge], *, has_optimum
 
 
 def cot_inverse_maps(sweep: GainSweep) -> tuple[AnyArray, AnyArray]:
-    """CoT⁻¹ A and B [m/J], [gains, frequencies]."""
+    """Return CoT⁻¹ A and B [m/J], [gains, frequencies]."""
     return sweep.outcome.cot_inverse, sweep.outcome.cot_inverse_total
 
 

@@ -131,7 +131,7 @@ def _cell(panel, x: float, y: float, influence: Influence) -> None:
 
 
 def curve_figure(readings: Sequence[Reading], findings: Mapping[int, Finding]) -> Figure:
-    """One claim under every reading: its effect, sorted, and the choices behind each.
+    """Draw one claim under every reading: its effect, sorted, and the choices behind each.
 
     Above, every effect and its interval in the colour of its outcome, with the claimed side of zero
     shaded. Below, what each reading chooses: dark is the first value of a choice or the low end of

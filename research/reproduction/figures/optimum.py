@@ -24,7 +24,7 @@ _MARKS = ("o", "s", "^", "D", "v", "P")
 
 
 def draw_optimum(axes: Axes, curve: Curve, *, bound: bool = True, **style: Any) -> None:
-    """The optimum of period 1 as a line over hop frequency, and its upper bound.
+    """Draw the optimum of period 1 as a line over hop frequency, and its upper bound.
 
     For any panel whose axes are frequency [rad/s] and CoT⁻¹ [m/J].
     """
@@ -50,7 +50,7 @@ def optimum_figure(
     note: str = "",
     longer: Points = MappingProxyType({}),
 ) -> Figure:
-    """CoT⁻¹ over hop frequency with what controllers reach; forces over a stance beside it.
+    """Draw CoT⁻¹ over hop frequency with that of controllers; forces over a stance beside it.
 
     Filled points are gaits that repeat with every hop, under the solid line; open ones have cycles
     of several hops, under the dashed one.

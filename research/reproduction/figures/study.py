@@ -100,7 +100,7 @@ def architecture_metrics(
 
 
 def architectures_figure(table: StudyTable, only: str = "") -> Figure:
-    """Fig. 2, II: every metric per architecture and ω_t, in its unit, with 95 % intervals.
+    """Draw every metric per architecture and ω_t, in its unit, with 95 % intervals (Fig. 2, II).
 
     The line in the panels of CoT⁻¹ is the physical limit (`largest_possible`). It is left out for
     another body or another definition of work than those whose optimum is known.
@@ -165,7 +165,9 @@ def architectures_figure(table: StudyTable, only: str = "") -> Figure:
 
 
 def largest_possible() -> float:
-    """The largest CoT⁻¹ that any force can have on the default hopper, at any frequency [m/J]."""
+    """Return the largest CoT⁻¹ that any force can have on the default hopper, at any frequency
+    [m/J].
+    """
     return float(np.max(curve()["cot_inverse"]))
 
 
@@ -174,7 +176,7 @@ _LIMITS = {"cot_inverse": largest_possible, "optimum_share": lambda: 1.0}
 
 
 def _axis(metric: Metric) -> str:
-    """A metric's label and unit beside its panel."""
+    """Return the label of a metric with its unit, beside its panel."""
     label = metric.math or metric.label
     if metric.unit:
         return f"{label} [{metric.unit}]"
@@ -188,7 +190,7 @@ def _omega_label(omega: float | None, extra: Collection[str]) -> str:
 
 
 def _colours(omegas: tuple[float | None, ...]) -> list[str]:
-    """One a frequency, and grey for what has none."""
+    """Return one colour per frequency, and grey for none."""
     palette = iter((COLOURS[3], COLOURS[0], COLOURS[5], COLOURS[6], COLOURS[4]) * len(omegas))
     return ["0.55" if omega is None else next(palette) for omega in omegas]
 
@@ -217,7 +219,7 @@ def _bars(
     colours: Mapping[float | None, str],
     span: float,
 ) -> None:
-    """The bars of one architecture, side by side around its place."""
+    """Draw the bars of one architecture, side by side around its place."""
     width = _WIDE / max(len(values), 2)
     for i, (omega, value) in enumerate(values.items()):
         x = place + (i - 0.5 * (len(values) - 1)) * width
@@ -256,7 +258,7 @@ def correlations(table: StudyTable) -> np.ndarray:
 
 
 def correlation_figure(table: StudyTable) -> Figure:
-    """Fig. 2, III: correlation of the metrics over all models."""
+    """Draw the correlation of the metrics over all models (Fig. 2, III)."""
     values = correlations(table)
     labels = [metric.math or metric.label for metric in table.metrics_shown(FIGURE)]
     with styled():
@@ -288,7 +290,7 @@ def correlation_figure(table: StudyTable) -> Figure:
 
 
 def pictograms_figure(table: StudyTable | None = None) -> Figure:
-    """Fig. 2, I: the architectures; vanilla terms in outline, learned ones filled.
+    """Draw the architectures; vanilla terms in outline, learned ones filled (Fig. 2, I).
 
     Args:
         table: the study's runs, for the paper's architectures that it holds; without it, for all.

@@ -67,7 +67,7 @@ def feedback_kinds(runs: pd.DataFrame) -> pd.Series:
 
 
 def forms_by_numbers() -> list[str]:
-    """The library, those of fewest numbers first."""
+    """Return the library, the forms of fewest numbers first."""
     return sorted(forms_of_a_leg(), key=lambda name: leg_controller(name).n_weights)
 
 
@@ -149,7 +149,7 @@ def _with_forms(
 
 
 def shortest_form(runs: pd.DataFrame, share: float) -> pd.Series:
-    """The form of fewest numbers that keeps a share of each best run's merit; `NONE` without."""
+    """Return the form of fewest numbers that keeps a share of each best run's merit, or `NONE`."""
     best = where(runs, runs.best & ~runs.kind.isin([KINDS[0], NETWORK]))
     forms = np.array([*forms_by_numbers(), NONE])
     enough = best[[f"kept {form}" for form in forms[:-1]]].to_numpy() >= share
@@ -158,7 +158,9 @@ def shortest_form(runs: pd.DataFrame, share: float) -> pd.Series:
 
 
 def atlas_tables(runs: pd.DataFrame) -> str:
-    """The atlas of a body in Markdown: kinds of feedback, learned curves, and shortest forms."""
+    """Return the atlas of a body in Markdown: kinds of feedback, learned curves, and shortest
+    forms.
+    """
     parts = []
     for omega, group in runs.groupby("omega_t"):
         parts.append(f"At $\\omega_t$ = {omega:g} rad/s, what the feedback does:")

@@ -52,7 +52,7 @@ class Comparison(NamedTuple):
 
 
 def chosen(runs: pd.DataFrame, outcome: str, by: list[str]) -> pd.DataFrame:
-    """Return, of each group, the run that is best on the first half of the releases."""
+    """Return the run of each group that is best on the first half of the releases."""
     order = runs.sort_values(f"{outcome}_{CHOSEN}", kind="stable")
     return order.drop_duplicates(by, keep="last")
 

@@ -35,7 +35,7 @@ SWING = (5.0, 95.0)
 
 
 def saved_runs(record: Record) -> list[SavedController]:
-    """The runs of a record as controllers; a search has one."""
+    """Return the runs of a record as controllers; a search has one."""
     experiment = record.experiment
     runs = record.weights[:1] if experiment.is_searched else record.weights
     return [
@@ -45,7 +45,7 @@ def saved_runs(record: Record) -> list[SavedController]:
 
 
 def curve_numbers(v: Visits, omega: float) -> dict[str, float]:
-    """The curves of a run in numbers.
+    """Return the curves of a run in numbers.
 
     Args:
         v: what its gait visits.
@@ -99,7 +99,7 @@ class CurvesOfRuns:
         return repr(self.record.experiment.controller)
 
     def prepare(self) -> None:
-        """Nothing: the package has all that it needs."""
+        """Prepare nothing: the package has all that it needs."""
 
     def measure(self) -> CellResult:
         """Their curves, [runs] each, and starts of every form, `start_FORM`, [runs, n_weights].

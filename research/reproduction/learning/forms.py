@@ -84,11 +84,12 @@ class FormOfControllers:
         return self.form
 
     def prepare(self) -> None:
-        """Nothing: the package has all that it needs."""
+        """Prepare nothing: the package has all that it needs."""
 
     def measure(self) -> CellResult:
-        """Its numbers, `weights`, [records, n_weights], and `cloned` and `merit`, [records]:
-        the merit with the numbers of the curves, and with those retuned."""
+        """Measure its numbers, `weights`, [records, n_weights], and `cloned` and `merit`,
+        [records]: the merit with the numbers of the curves, and with those retuned.
+        """
         controller = leg_controller(self.form)
         training = training_of(saved_runs(self.records[0])[0], controller)
         n = self.retuning.seeds

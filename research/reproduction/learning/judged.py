@@ -53,7 +53,7 @@ MEASURED = ("limit_cycle_share", "cot_inverse", "hop_rate")
 
 
 def releases(standard: Scenario) -> Scenario:
-    """The common releases: entries of shape [`RELEASES`], the same for all models of a body.
+    """Return the common releases: entries of shape [`RELEASES`], the same for all models of a body.
 
     Heights are uniform within `SPREAD_M` of the training's release, phases anywhere. No training
     and no search saw them.
@@ -102,7 +102,7 @@ def _variants(experiment: Experiment, weights: np.ndarray) -> Arrays:
 
 
 def _frozen(experiment: Experiment, weights: np.ndarray, feedback: np.ndarray) -> Evaluation:
-    """Every frequency with its own constant feedback, [runs, ω]."""
+    """Return every frequency with its own constant feedback, [runs, ω]."""
     alone = []
     for i, offset in enumerate(experiment.protocol.offsets):
         clock, frozen = with_held_feedback(experiment.controller, weights, feedback[:, i])
@@ -116,7 +116,9 @@ def _frozen(experiment: Experiment, weights: np.ndarray, feedback: np.ndarray) -
 
 
 def episode_merits(settled: np.ndarray, cot_inverse: np.ndarray) -> np.ndarray:
-    """CoT⁻¹ of every episode [m/J], 0 of one that does not settle; NaN where there was none."""
+    """Return CoT⁻¹ of every episode [m/J], 0 for one that does not settle, NaN for a missing
+    one.
+    """
     unsettled = np.where(np.isnan(settled), np.nan, 0.0)
     return np.where(settled == 1.0, np.nan_to_num(cot_inverse), unsettled)
 
@@ -128,7 +130,7 @@ def episodes_of(
     protocol: Protocol,
     metrics: Sequence[str | Metric] = MEASURED,
 ) -> Evaluation:
-    """Every run from every release, the releases of a run in a row."""
+    """Return every run from every release, the releases of a run adjacent."""
     start = releases(experiment.system.scenario())
     return evaluate(
         controller,
@@ -146,7 +148,7 @@ def episodes_of(
 
 
 def by_release(evaluation: Evaluation, name: str) -> np.ndarray:
-    """A metric, [runs, releases, ω]."""
+    """Return a metric, [runs, releases, ω]."""
     values = evaluation.episodes[name]
     return values.reshape(-1, RELEASES, values.shape[-1])
 
@@ -188,7 +190,7 @@ class EvaluatedRuns:
         return repr(self.record.experiment.controller)
 
     def prepare(self) -> None:
-        """Nothing: the package has all that it needs."""
+        """Prepare nothing: the package has all that it needs."""
 
     def measure(self) -> CellResult:
         """Judge them; a search has one run."""

@@ -13,7 +13,9 @@ from tegotae.measures.statistics import FEW, POSITIVE, SHARE, UNBOUNDED, Range, 
 
 
 def contrasts(runs: pd.DataFrame) -> list[tuple[str, str, Contrast]]:
-    """The primary contrasts and their sensitivity: what is compared, how, and the contrast."""
+    """Return the primary contrasts and their sensitivity: the compared groups, the method and the
+    result.
+    """
     law = best_law(runs)
     over_law = f"the best short law, {law}"
     primary = [
@@ -45,7 +47,7 @@ def contrasts(runs: pd.DataFrame) -> list[tuple[str, str, Contrast]]:
 
 
 def primary_tables(readings: Mapping[str, pd.DataFrame]) -> tuple[str, str]:
-    """The contrasts of each body, in Markdown: over all ω_t, and at each of them."""
+    """Return the contrasts of each body, in Markdown: over all ω_t, and at each of them."""
     head = ["body", "learned feedback's", "of", "effect", "designs and ω_t random"]
     rows, by_omega = [[*head, "runs alone", "bootstrap", "base"]], []
     for body, runs in readings.items():
@@ -74,7 +76,7 @@ def feedback_table(runs: pd.DataFrame) -> str:
 
 
 def _kinds(runs: pd.DataFrame) -> pd.Series:
-    """The architecture and what it senses, or the short law."""
+    """Return the architecture and its senses, or the short law."""
     laws = runs.architecture == LAW
     return runs.drive.where(laws, runs.architecture + "-" + runs.senses)
 

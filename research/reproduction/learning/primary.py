@@ -115,7 +115,7 @@ def contrast(
 
 
 def _cells(runs: pd.DataFrame, keys: Sequence[str], outcome: str) -> dict[tuple, np.ndarray]:
-    """An outcome's values by what the keys are."""
+    """Return an outcome's values by the field that the keys describe."""
     cells: dict[tuple, list[float]] = {}
     places = zip(*(runs[key].tolist() for key in keys), strict=True)
     for place, value in zip(places, runs[outcome].tolist(), strict=True):
@@ -134,6 +134,8 @@ def _ends(values: np.ndarray) -> tuple[float, float]:
 
 
 def best_law(runs: pd.DataFrame) -> str:
-    """The short law of highest merit on the first half of the releases, over runs and ω_t."""
+    """Return the short law of highest merit on the first half of the releases, over runs and
+    ω_t.
+    """
     laws = _cells(where(runs, runs.architecture == LAW), ("drive",), "merit_chosen")
     return max(laws, key=lambda law: laws[law].mean())[0]

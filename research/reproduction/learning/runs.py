@@ -31,7 +31,7 @@ _KIND = "table that python -m research.reproduction learning wrote"
 
 
 def run_rows(cell: EvaluatedRuns, arrays: Arrays) -> pd.DataFrame:
-    """The runs of a record.
+    """Return the runs of a record.
 
     Returns:
         A row a run: `model`, `architecture` (of short laws `LAW`), `senses`, `drive` (what the
@@ -81,7 +81,7 @@ def _design(record: Record) -> dict[str, object]:
 
 
 def read_runs(path: Path) -> pd.DataFrame:
-    """The table of a file.
+    """Return the table of a file.
 
     Raises:
         TegotaeError: if it cannot be read, is no such table, or lacks V, learned feedback or laws.
@@ -102,7 +102,7 @@ def read_runs(path: Path) -> pd.DataFrame:
 
 
 def where(runs: pd.DataFrame, mask: pd.Series) -> pd.DataFrame:
-    """The rows of a table in which something holds."""
+    """Return the rows of a table that meet a condition."""
     return pd.DataFrame(runs[mask])
 
 

@@ -20,7 +20,7 @@ STANCES = Path(__file__).with_name("stances.csv")
 
 @cache
 def optimal_stances() -> dict[float, dict[str, np.ndarray]]:
-    """The kept best stances of the default hopper, by hop frequency [rad/s]; period 1.
+    """Return the kept best stances of the default hopper, by hop frequency [rad/s]; period 1.
 
     Each has `time_s` since touchdown, `height_m` over touchdown, `velocity_m_per_s`, and `force_n`
     from that time to the next.

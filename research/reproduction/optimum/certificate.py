@@ -79,7 +79,7 @@ def certify(
     work: str = "absolute",
     cells: int = 8,
 ) -> Certificate:
-    """An upper bound of CoT⁻¹ over gaits of any period.
+    """Compute an upper bound of CoT⁻¹ over gaits of any period.
 
     Args:
         body: the hopper.
@@ -146,7 +146,7 @@ def upper_bound(
     cells: int = 8,
     programs: int = 16,
 ) -> float:
-    """An upper bound of CoT⁻¹ over gaits of period 1 [m/J]: every hop alike.
+    """Compute an upper bound of CoT⁻¹ over gaits of period 1 [m/J]: every hop alike.
 
     The largest bound of `upper_certificates`, whose errors it has; zero if no hop is so fast.
 
@@ -229,7 +229,7 @@ def upper_certificates(
 
 
 def _lift_offs(body: Hopper) -> tuple[float, float]:
-    """The least and the largest lift-off velocity of a hop [m/s], rounded outwards."""
+    """Return the least and the largest lift-off velocity of a hop [m/s], rounded outwards."""
     return (1.0 - _OUTWARDS) * least_lift_off(body), (1.0 + _OUTWARDS) * most_lift_off(body)
 
 
@@ -256,7 +256,7 @@ def _derivative(degree: int) -> np.ndarray:
 
 
 def _raised(degree: int, times: int = 1) -> np.ndarray:
-    """The same polynomial as one of a higher degree."""
+    """Return the polynomial as one of a higher degree."""
     product = np.eye(degree + 1)
     for n in range(degree, degree + times):
         product = _times_line(n, 1.0, 1.0) @ product
@@ -282,7 +282,7 @@ class _Rows:
         self.count = 0
 
     def add(self, columns: np.ndarray, block: np.ndarray, value, price, limit) -> None:
-        """`block V[columns] + value λ + price μ <= limit`, a row per row of the block."""
+        """Add `block V[columns] + value λ + price μ <= limit`, one row per row of the block."""
         rows = self.count + np.arange(len(block))
         self.entries.append(
             (np.repeat(rows, len(columns)), np.tile(columns, len(rows)), block.ravel())
@@ -294,14 +294,14 @@ class _Rows:
         self.count += len(rows)
 
     def matrix(self) -> tuple[sparse.csr_matrix, np.ndarray]:
-        """The rows as matrix and limits."""
+        """Return the rows as matrix and limits."""
         row, column, entry = (np.concatenate(part) for part in zip(*self.entries, strict=True))
         shape = (self.count, self.unknowns + 2)
         return sparse.csr_matrix((entry, (row, column)), shape), np.concatenate(self.limits)
 
 
 def _stance(body: Hopper, heights: np.ndarray, speeds: np.ndarray, work: str) -> _Rows:
-    """`V_x v + V_v a + μ - λ |F v| <= 0` on every cell, without force and with the largest."""
+    """Add `V_x v + V_v a + μ - λ |F v| <= 0` on every cell, without force and with the largest."""
     n = _DEGREE
     per_row = (len(speeds) - 1) * n + 1
     rows = _Rows(((len(heights) - 1) * n + 1) * per_row)
@@ -335,7 +335,7 @@ def _flight(
     hop_s: float,
     lift_off: tuple[float, float, float],
 ) -> _Rows:
-    """`V(0, -v) - V(0, v) + v²/2g + μ (2 v/g - T) <= 0` over the lift-off velocities.
+    """Add `V(0, -v) - V(0, v) + v²/2g + μ (2 v/g - T) <= 0` over the lift-off velocities.
 
     Those of the lowest hop, and of the range that hops are in.
     """
@@ -368,7 +368,7 @@ def _join(*parts: _Rows) -> tuple[sparse.csr_matrix, np.ndarray]:
 
 
 def _minimise(matrix: sparse.csr_matrix, limit: np.ndarray, largest: float) -> np.ndarray | None:
-    """The unknowns of least λ within the inequalities; None if the solver fails.
+    """Return the unknowns of least λ within the inequalities, or None if the solver fails.
 
     V stays below `largest`: where it does not matter, it would grow until rounding does.
     """

@@ -79,7 +79,7 @@ class ExactNumbers:
 
 
 def verify(certificate: Certificate, body: Body) -> Fraction:
-    """λ, if the certificate proves it: no gait of its kind has a larger CoT⁻¹ [m/J].
+    """Return λ if the certificate proves it: no gait of its kind has a larger CoT⁻¹ [m/J].
 
     Its kind are gaits whose hops leave the ground within `lift_off`, at a mean frequency of `omega`
     or a higher one.
@@ -159,7 +159,7 @@ def covers(certificates: Iterable[Certificate], body: Body, omega: float | None)
 
 
 def decimal_fraction(value: float) -> Fraction:
-    """The number that a float's shortest decimal says.
+    """Return the exact fraction of a float's shortest decimal.
 
     Example:
         >>> decimal_fraction(0.1)
@@ -255,7 +255,7 @@ def _sign(work: str, v: tuple[Fraction, Fraction]) -> int:
 
 
 def _raised(row: Bernstein) -> Bernstein:
-    """The same polynomial as one of the next degree."""
+    """Return the polynomial as one of the next degree."""
     return _times_line(row, Fraction(1), Fraction(1))
 
 

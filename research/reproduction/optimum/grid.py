@@ -21,7 +21,8 @@ def least_work(
     levels: int = 9,
     work: str = "absolute",
 ) -> float:
-    """The least work from touchdown at -v to lift-off at +v after a given time of stance [J].
+    """Return the least work from touchdown at -v to lift-off at +v after a given time of stance
+    [J].
 
     Bellman's equation, backwards in time from the end, on a grid of heights and velocities:
 

@@ -64,7 +64,7 @@ class Make:
 
 
 def _row(starts: int, omega: float) -> dict[str, float]:
-    """One frequency of the table."""
+    """Compute one frequency of the table."""
     body = Hopper()
     row = {"omega": omega}
     try:

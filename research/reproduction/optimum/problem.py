@@ -28,7 +28,7 @@ _TAYLOR_ORDER = 8
 
 
 def check(body: Body, omega: float | None = None, work: str = "absolute") -> Hopper:
-    """The body, if the problem is defined for it.
+    """Return the body if the problem is defined for it.
 
     Args:
         body: a hopper, with a largest force above its weight.
@@ -60,7 +60,7 @@ def check(body: Body, omega: float | None = None, work: str = "absolute") -> Hop
 
 
 def check_ballistic(body: Body, omega: float | None = None, work: str = "absolute") -> Hopper:
-    """The body, if bounds can be proved for it: `check`, and no damping in flight.
+    """Return the body if bounds can be proved for it: `check`, and no damping in flight.
 
     Args:
         body: a hopper, with a largest force above its weight and no damping in flight.
@@ -149,7 +149,7 @@ def most_landing(body: Hopper) -> float:
 
 
 def least_lift_off(body: Hopper) -> float:
-    """Lift-off velocity of the lowest flight that counts as a hop [m/s].
+    """Return lift-off velocity of the lowest flight that counts as a hop [m/s].
 
     √(2 g · 0.01 l0) in ballistic flight.
     """

@@ -65,7 +65,7 @@ def claimed_bounds() -> list[Bounds]:
 
 
 def read_certificates(file: Path = FILE) -> list[Certificate]:
-    """The kept certificates of the default hopper.
+    """Return the kept certificates of the default hopper.
 
     Raises:
         TegotaeError: for a file that holds none.
@@ -194,7 +194,7 @@ def _frequency(omega: float) -> float | None:
 
 
 def rounded_up(value: float, digits: int = DIGITS) -> float:
-    """The next number of so many significant digits that is not smaller.
+    """Return the next number of so many significant digits that is not smaller.
 
     Args:
         value: a number.
@@ -209,7 +209,7 @@ def rounded_up(value: float, digits: int = DIGITS) -> float:
 
 
 def rounded_certificate(certificate: Certificate) -> Certificate:
-    """A certificate with V in multiples of a small step, so that it takes less room."""
+    """Return a certificate with V in multiples of a small step, so that it takes less room."""
     steps = np.round(certificate.coefficients / _STEP)
     return replace(certificate, coefficients=steps * _STEP)
 

@@ -99,7 +99,7 @@ def optimise(
     intervals: int = 40,
     seed: int = 0,
 ) -> OptimalGait:
-    """The most efficient gait found for a hopper under any force 0 <= F_a(t) <= α.
+    """Find the most efficient gait of a hopper under any force 0 <= F_a(t) <= α.
 
     Maximises `Σ h / ∫ |F_a ẏ| dt` over a cycle, with h the climb of a flight: v²/2g, unless it is
     damped. Direct multiple shooting: every swing up or down is a phase of its own with its duration
@@ -157,7 +157,8 @@ def optimise(
 
 
 def highest_frequency(body: Body, *, starts: int = 4, intervals: int = 20, seed: int = 0) -> float:
-    """The fastest hopping of period 1 with hops of the least height, 2π over its time [rad/s].
+    """Return the fastest hopping of period 1 with hops of the least height, 2π over its time
+    [rad/s].
 
     There is no lowest: at the top of a swing in stance the mass can be held for ever.
 
@@ -251,7 +252,7 @@ class _OptimalControl:
         self.total_s, self.hops, self.range = cycle_s, hops, (lowest, highest)
 
     def __call__(self, random: np.random.Generator) -> OptimalGait | None:
-        """The gait that one random start leads to; None if it does not converge."""
+        """Find the gait from one random start, or return None if it does not converge."""
         self._start(random)
         try:
             solution = self.opti.solve()

@@ -45,7 +45,7 @@ class ReadingDesign:
 
 
 def calibrated_readings(count: int) -> list[Reading]:
-    """The first readings of the calibrated sample.
+    """Return the first readings of the calibrated sample.
 
     Raises:
         TegotaeError: for more than it has.
@@ -81,7 +81,7 @@ DESIGNS = {
 
 
 def design_named(name: str) -> ReadingDesign:
-    """The design of a name.
+    """Return the design of a name.
 
     Raises:
         TegotaeError: for an unknown one.
@@ -92,7 +92,9 @@ def design_named(name: str) -> ReadingDesign:
 
 
 def design_of(names: Iterable[str]) -> ReadingDesign | None:
-    """The design whose choices are among the columns of a table; None if there is none."""
+    """Return the design whose choices are among the columns of a table, or None if there is
+    none.
+    """
     fields = set(names)
     for design in DESIGNS.values():
         if {choice.name for choice in design.choices} <= fields:
@@ -106,12 +108,13 @@ def choices_of(readings: Sequence[Reading]) -> tuple[AnalysisChoice, ...]:
 
 
 def selecting(readings: Iterable[Reading]) -> frozenset[str]:
-    """The claims that some readings were chosen to agree with: those on V, or none."""
+    """Return the claims that some readings were chosen to agree with: those on V, or none."""
     return _ON_V if set(readings) <= set(_calibrated()) else frozenset()
 
 
 def selecting_body(body: object) -> frozenset[str]:
-    """The claims that a body was chosen to agree with, if it is that of a calibrated reading.
+    """Return the claims that a body was chosen to agree with, if it is that of a calibrated
+    reading.
 
     A body whose numbers are rounded to five digits is one, too.
 
@@ -132,12 +135,12 @@ _ON_V = frozenset(EVALUATED_AS.values())
 
 
 def cells_of(reading: Reading, choices: Iterable[AnalysisChoice]) -> list[str]:
-    """A reading as the cells of a table, to the last bit."""
+    """Return a reading as the cells of a table, exact to the last bit."""
     return [str(getattr(reading, choice.name)) for choice in choices]
 
 
 def reading_of(row: Mapping[str, str], choices: Iterable[AnalysisChoice]) -> Reading:
-    """The reading of a table's row.
+    """Return the reading of a table's row.
 
     Raises:
         ValueError: for a cell that no value of the choice is written as.

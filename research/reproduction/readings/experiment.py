@@ -22,7 +22,7 @@ def experiment_under(
     settle_s: float = SETTLE_S,
     protocol: Protocol | None = None,
 ) -> Experiment:
-    """The training and evaluation of a model as a reading has them.
+    """Return the training and evaluation of a model as a reading has them.
 
     Args:
         reading: what is chosen of all that the paper leaves open.

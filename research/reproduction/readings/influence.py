@@ -70,7 +70,7 @@ def influences(readings: Sequence[Reading], findings: Mapping[int, Finding]) -> 
 
 
 def decisive(candidates: Sequence[Influence]) -> list[Influence]:
-    """The choices that go with the claim beyond chance, the strongest first."""
+    """Return the choices that correlate with the claim beyond chance, the strongest first."""
     clear = [i for i in candidates if i.p < SIGNIFICANT and not np.isnan(i.correlation)]
     return sorted(clear, key=lambda i: -abs(i.correlation))
 

@@ -72,7 +72,7 @@ class ReadingOptions(HopperParameters):
     """Training frequencies ω_t [rad/s], in place of the scale's; 4 and 8 in the paper."""
 
     def at_frequencies(self, experiments: Sequence[Experiment]) -> tuple[Experiment, ...]:
-        """The experiments at the frequencies ω_t, each named by its own.
+        """Return the experiments at the frequencies ω_t, each named by its own.
 
         Raises:
             TegotaeError: for a frequency that is none.
@@ -92,7 +92,7 @@ class ReadingOptions(HopperParameters):
         return tuple(by_name.values())
 
     def applied(self, experiment: Experiment) -> Experiment:
-        """An experiment with what was given.
+        """Return an experiment with the given values.
 
         Raises:
             TegotaeError: for what does not fit together, or an option that the experiment's own
@@ -111,7 +111,7 @@ class ReadingOptions(HopperParameters):
 
 
 def _with_omega(experiment: Experiment, omega: float) -> Experiment:
-    """The experiment of a model at another frequency ω_t [rad/s]."""
+    """Return the experiment of a model at another frequency ω_t [rad/s]."""
     model, _, _ = experiment.name.rpartition("-w")
     return replace(experiment, {"name": f"{model}-w{omega:g}", "omega": omega})
 
@@ -138,7 +138,7 @@ _OF_FITNESS = {"settle": "settle_s", "frequency_weight": "frequency_weight"}
 
 
 def reading_named(name: str) -> ReadingOptions:
-    """The options that a reading stands for.
+    """Return the options of a named reading.
 
     Args:
         name: of `NAMES`, or of a file with an entry per option, in JSON or TOML.

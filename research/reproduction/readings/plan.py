@@ -135,7 +135,7 @@ class Multiverse:
 
 
 def multiverse(scale: str, readings: int | None = None) -> Multiverse:
-    """The multiverse of a scale.
+    """Return the multiverse of a scale.
 
     - `smoke`: three readings of two small models, for seconds, to see that everything works;
     - `full`: 32 readings of 24 models, one design of every architecture, 4 runs each;
@@ -172,7 +172,7 @@ def _smoke() -> Multiverse:
 
 
 def _full() -> Multiverse:
-    """One design of the actuation, which all architectures share: on φ and f."""
+    """Return one design of the actuation, which all architectures share: on φ and f."""
     models = [f"{name}-both" for name in _FEEDBACK] + [f"{n}-tphif" for n in _LEARNED_ACTUATION]
     return Multiverse(
         scale="full",
@@ -185,7 +185,9 @@ def _full() -> Multiverse:
 
 
 def _calibrated() -> Multiverse:
-    """The learned claims over the readings that V chose: what is held out of the calibration."""
+    """Return the learned claims over the readings that V chose, which the calibration leaves
+    out.
+    """
     return dataclasses.replace(
         _full(), scale="calibrated", readings=24, seeds=8, design="calibrated"
     )

@@ -150,7 +150,7 @@ class Reading:
         )
 
     def actuation(self, base: Actuation) -> Actuation:
-        """An actuation under this reading; a learned one is its own."""
+        """Return an actuation under this reading; a learned one is unchanged."""
         return with_vanilla_settings(
             base,
             start_rad=self.sector_start,
@@ -178,7 +178,7 @@ class AnalysisChoice:
     reason: str
 
     def value_at(self, share: float) -> Any:
-        """The value at a share in [0, 1) of the way from first to last."""
+        """Return the value at a share in [0, 1) of the way from first to last."""
         if self.levels:
             return self.values[int(share * len(self.values))]
         low, high = self.values

@@ -90,7 +90,7 @@ def _reading(row: dict[str, str], folder: Path) -> Reading:
 
 
 def _rows(path: Path, *names: str) -> list[dict[str, str]]:
-    """The rows of a table, of which no two are alike in the columns that name them."""
+    """Return the rows of a table, after a check that their naming columns differ."""
     cells = tables.read_csv(path, names, kind=_KIND)
     require_once(path, {name: cells[name] for name in names})
     return [dict(zip(cells, row, strict=True)) for row in zip(*cells.values(), strict=True)]

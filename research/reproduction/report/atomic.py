@@ -59,7 +59,9 @@ _ALGORITHMS = {"pgpe": "PGPE", "pgpe-figure3": "PGPE", "sac": "SAC", "ppo": "PPO
 
 
 def outcomes_table(findings: Sequence[Finding]) -> str:
-    """A table per group of `GROUPS`: words, effect, outcome, and how many ways say what."""
+    """Return one table per group of `GROUPS`: words, effect, outcome, and the number of ways for
+    each verdict.
+    """
     return "\n".join(
         f"**{heading}**\n\n{_group(group)}" for heading, group in grouped_findings(findings).items()
     )
@@ -70,7 +72,7 @@ def beside_table(
     beside: Mapping[str, Sequence[Finding]],
     columns: Mapping[str, Mapping[str, str]] | None = None,
 ) -> str:
-    """A row per claim that several studies measure: its outcome in each.
+    """Return one row per claim that several studies measure: its outcome in each.
 
     Args:
         findings: of the study.
@@ -93,8 +95,8 @@ def beside_table(
 
 
 def designs_table(studies: Mapping[str, Sequence[Finding]]) -> str:
-    """A row per claim and study that measures it over designs and ω_t: both intervals, and what
-    they say, in the first way to count.
+    """Return one row per claim and study that measures it over designs and ω_t: both intervals, and
+    what they say, in the first way to count.
 
     Args:
         studies: findings by the study's name.
@@ -145,22 +147,22 @@ def _group(findings: Sequence[Finding]) -> str:
 
 
 def claim_label(claim: AtomicClaim) -> str:
-    """A claim's title and name, for a cell of a table."""
+    """Return a claim's title and name, for a cell of a table."""
     return f"{claim.title}, `{claim.name}`"
 
 
 def quoted(claim: AtomicClaim) -> str:
-    """The paper's words, without the marks of mathematics."""
+    """Return the paper's words, without the marks of mathematics."""
     return claim.words.replace("CoT^{-1}", "CoT⁻¹").replace(r"\dot{y}", "ẏ")
 
 
 def shown_effect(finding: Finding) -> EffectEstimate | None:
-    """The effect as the study counts; in the first way that measures it if that does not."""
+    """Return the effect as the study counts; in the first way that measures it if that does not."""
     return next((estimate for estimate in finding.by_count.values() if estimate.is_known), None)
 
 
 def _effect(finding: Finding) -> str:
-    """The mean, the level that it is compared with, and the claimed sign."""
+    """Return the effect as the study counts it, or in the first way that measures it."""
     estimate = shown_effect(finding)
     claimed = CLAIMED[finding.claim.sign]
     if estimate is None:
@@ -170,7 +172,7 @@ def _effect(finding: Finding) -> str:
 
 
 def _intervals(estimate: EffectEstimate) -> tuple[str, str]:
-    """The 95 % intervals over runs, and over designs and ω_t."""
+    """Return the mean, the level that it is compared with, and the claimed sign."""
     ends = (estimate.low, estimate.high), (estimate.designs_low, estimate.designs_high)
     texts = ["–" if np.isnan(low) else f"[{low:.2f}, {high:.2f}]" for low, high in ends]
     return texts[0], texts[1]
@@ -197,7 +199,7 @@ def tally(finding: Finding) -> str:
 
 
 def effect_in_words(effect: Effect) -> str:
-    """An effect in words, with its unit.
+    """Return the 95 % intervals over runs, and over designs and ω_t.
 
     Example:
         >>> from research.reproduction.claims.atomic import ATOMIC_CLAIMS
@@ -225,7 +227,7 @@ def effect_in_words(effect: Effect) -> str:
 
 
 def effect_unit(effect: Effect) -> str:
-    """The unit of an effect, such as m/J; empty of a share, a correlation and a slope.
+    """Return the unit of an effect, such as m/J; empty of a share, a correlation and a slope.
 
     Example:
         >>> from research.reproduction.claims.atomic import ATOMIC_CLAIMS
@@ -242,7 +244,7 @@ def _heading(name: str) -> str:
 
 
 def by_budget_table(by: Mapping[str, Iterable[Finding]]) -> str:
-    """A row per claim that the study's table measures: its verdict after each budget of training.
+    """Return the unit of an effect, such as m/J; empty for a share, a correlation and a slope.
 
     Args:
         by: findings, of which the first way to count is taken, by the heading of their column.

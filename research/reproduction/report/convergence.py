@@ -20,7 +20,8 @@ POINTS = 60
 
 
 def trainings(records: Iterable[Record]) -> dict[tuple[str, float | None], Trainings]:
-    """The learning curves of all that is trained, by architecture and ω_t [rad/s].
+    """Return one row per claim that the study's table measures: its verdict after each budget of
+    training.
 
     A single network has no ω_t. Runs of all models of an architecture stand side by side.
 
@@ -37,7 +38,7 @@ def trainings(records: Iterable[Record]) -> dict[tuple[str, float | None], Train
 
 
 def convergence_figures(records: Iterable[Record]) -> dict[str, Figure]:
-    """A picture of the convergence at each ω_t, by its label, such as "4"; T stands with each.
+    """Draw the convergence at each ω_t, by its label, such as "4"; T stands with each.
 
     Nothing where nothing is trained.
     """
@@ -54,7 +55,7 @@ def convergence_figures(records: Iterable[Record]) -> dict[str, Figure]:
 
 
 def convergence_means(records: Iterable[Record]) -> dict[str, np.ndarray]:
-    """The means that the pictures show: a row per architecture, ω_t and number of episodes."""
+    """Return the learning curves of all trained models, by architecture and ω_t [rad/s]."""
     by_model = trainings(records)
     parts = [
         {"omega_t": np.full(len(rows["name"]), np.nan if omega_t is None else omega_t)} | rows

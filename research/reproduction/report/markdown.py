@@ -9,7 +9,9 @@ from research.reproduction.endings import RunEndings
 
 
 def endings_table(by: Mapping[str, RunEndings]) -> str:
-    """A row per group of runs: how many never hop, stay in a local optimum, or hit the cap."""
+    """Return one row per group of runs: how many never hop, stay in a local optimum, or hit the
+    cap.
+    """
     rows = [["", "Runs", "Never hop", "Local optimum", "At the cap", "No limit cycle"]]
     for name, endings in by.items():
         counts = (

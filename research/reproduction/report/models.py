@@ -26,7 +26,7 @@ _ROWS, _COLUMNS = 36, 56
 
 
 def best_of_architectures(table: StudyTable) -> dict[str, str]:
-    """The model whose run has the highest fitness, of every architecture that has runs."""
+    """Return the model whose run has the highest fitness, of every architecture that has runs."""
     names = {}
     for architecture in architectures(table):
         rows = np.flatnonzero(table["architecture"] == architecture)
@@ -131,7 +131,7 @@ def _surface(saved: SavedController, gait: Mapping[str, np.ndarray]) -> JsonObje
 
 
 def _hop(saved: SavedController, gait: Mapping[str, np.ndarray]) -> JsonObject:
-    """The last seconds of a gait, for the page's canvas."""
+    """Return the last seconds of a gait, for the page's canvas."""
     assert isinstance(saved.body, Hopper)
     frame_s = Timing().frame_s
     channels = {

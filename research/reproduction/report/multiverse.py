@@ -32,8 +32,8 @@ READINGS_COLUMN, ALLOWED_COLUMN = "Readings: + / 0 / −", "Those that the text 
 def shares_table(
     readings: Sequence[Reading], by_reading: FindingsByReading, omega: str = ALL
 ) -> str:
-    """A row per claim that a reading measures: in which share of readings it is reproduced, with a
-    95 % interval, in how many of those that the text allows, and what decides.
+    """Return one row per claim that a reading measures: in which share of readings it is
+    reproduced, with a 95 % interval, in how many of those that the text allows, and what decides.
 
     Args:
         readings: all readings.

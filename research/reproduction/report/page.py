@@ -80,7 +80,7 @@ def report_page(
     experiments: Path | None = None,
     budgets: StudyTable | None = None,
 ) -> str:
-    """The page, as HTML with everything in it.
+    """Return the page, as HTML with everything in it.
 
     Args:
         records: the study's records.
@@ -132,7 +132,8 @@ _SAID = {
 
 
 def first_finding(results: list[Finding], table: StudyTable) -> JsonObject | None:
-    """The paper's main claim in a sentence, with its number, as the study counts, and its figure.
+    """Return the paper's main claim in a sentence, with its number as the study counts it, and its
+    figure.
 
     None of a study whose models do not measure it.
     """
@@ -190,7 +191,7 @@ def _measures(table: StudyTable) -> dict[str, tuple[str, str]]:
 
 
 def _optimum(records: list[Record]) -> list[JsonObject]:
-    """CoT⁻¹ over hop frequency, beside the best that is possible; nothing for another body."""
+    """Draw CoT⁻¹ over hop frequency, beside the best that is possible; nothing for another body."""
     gaits = {}
     for vanilla, name in ((False, "learned"), (True, "V")):
         selected = [r for r in records if (record_place(r)["architecture"] == "V") == vanilla]
@@ -222,8 +223,9 @@ def _convergence(records: list[Record]) -> list[JsonObject]:
 
 
 def _claims(results: list[Finding], experiments: Path | None) -> JsonObject:
-    """The claims that are measured, a group after the other, the paper's account of itself first;
-    how many are not, and the commands that measure some of them."""
+    """Return the claims that are measured, a group after the other, the paper's account of itself
+    first; how many are not, and the commands that measure some of them.
+    """
     measured = [finding for finding in results if finding.outcome != NOT_MEASURED]
     effects = [f.claim.effect for f in results if f.outcome == NOT_MEASURED]
     commands = {
@@ -265,7 +267,7 @@ def _claim(finding: Finding) -> JsonObject:
 def _by_budget(
     budgets: StudyTable | None, final: StudyTable, selected: frozenset[str]
 ) -> JsonObject:
-    """Headings, and a row per claim that is measured: its verdict after each budget."""
+    """Return headings, and one row per measured claim: its verdict after each budget."""
     if budgets is None:
         return {"headings": [], "rows": []}
     by = {

@@ -30,7 +30,7 @@ def json_number(value: float) -> float | None:
 
 
 def embedded_figure(figure: Figure) -> JsonObject:
-    """A figure as a picture that is part of the page, with its size there."""
+    """Embed a figure as a picture in the page, with its size there."""
     stream = io.BytesIO()
     with styled():
         figure.draw_without_rendering()  # a second axis is laid out by the ticks of the first draw
@@ -44,7 +44,7 @@ def embedded_figure(figure: Figure) -> JsonObject:
 
 
 def embedded_file(path: Path) -> JsonObject:
-    """The same for a PNG file of a figure.
+    """Embed a PNG file of a figure in the page.
 
     Raises:
         TegotaeError: if it is none.

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def suggest(trial: BaseTrial) -> OpenES:
-    """Population, deviation and Adam's step size."""
+    """Suggest population, deviation and Adam's step size."""
     return OpenES(
         population=suggest_population(trial),
         std=suggest_std(trial),

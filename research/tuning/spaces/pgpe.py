@@ -12,7 +12,9 @@ if TYPE_CHECKING:
 
 
 def suggest(trial: BaseTrial) -> PGPE:
-    """All of PGPE's settings but the largest change of a deviation (the paper's) and momentum."""
+    """Suggest all of PGPE's settings but the largest change of a deviation (the paper's) and
+    momentum.
+    """
     learning_rate = trial.suggest_float("learning_rate", 0.02, 1.0, log=True)
     return PGPE(
         population=suggest_population(trial),

@@ -22,7 +22,7 @@ _LOG2_SMALLEST, _LOG2_LARGEST = 4, 7
 
 
 def suggest_population(trial: BaseTrial) -> int:
-    """16, 32, 64 or 128 episodes per generation: each is a program to compile."""
+    """Suggest 16, 32, 64 or 128 episodes per generation: each is a program to compile."""
     return 2 ** trial.suggest_int("log2_population", _LOG2_SMALLEST, _LOG2_LARGEST)
 
 
@@ -51,7 +51,7 @@ def evolved(
 
 
 def evolution(*, suggest: Callable[[BaseTrial], Algorithm], first: Mapping[str, float]) -> Space:
-    """The space of an evolution strategy."""
+    """Return the space of an evolution strategy."""
     return Space(
         suggest=suggest,
         learn=evolved,
