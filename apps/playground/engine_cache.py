@@ -115,7 +115,7 @@ def compile_engine(controller: Controller, body: Body) -> CompiledEngine:
 
 
 def makers() -> dict[str, str]:
-    """Versions of what would trace and compile an engine here."""
+    """Return the versions of the programs that would trace and compile an engine here."""
     return {"jax": jax.__version__, "ziglang": version("ziglang") if has_compiler() else "none"}
 
 

@@ -44,7 +44,7 @@ class Layout:
         return sum(entry.words for entry in self.entries)
 
     def offsets(self) -> dict[str, int]:
-        """Offset of each entry, in words."""
+        """Return the offset of each entry, in words."""
         offsets, position = {}, 0
         for entry in self.entries:
             offsets[entry.name] = position

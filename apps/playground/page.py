@@ -224,7 +224,7 @@ def _starts(controller: Controller) -> list[list[float]]:
 
 
 def _numbers(values: np.ndarray) -> list[float]:
-    """Numbers with as many digits as a float32 needs."""
+    """Return numbers with as many digits as a float32 needs."""
     return [float(f"{x:.9g}") for x in np.asarray(values, np.float64).reshape(-1)]
 
 

@@ -118,7 +118,7 @@ def _alternatives(current: str) -> tuple[str, ...]:
 
 
 def _table_of_ways(figures: dict[str, Any]) -> Table:
-    """Both engines, and what people would write themselves."""
+    """Return a table of both engines, and of common alternatives."""
     table = Table("way", "ticks/s", "ticks/core-s", "compiled in core-s", "this engine / that")
     reference = figures["engines"][figures["engine"]]["ticks_per_s"]
     for name, speed in figures["engines"].items():

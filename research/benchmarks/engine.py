@@ -29,7 +29,7 @@ def totals(trajectory, scenario, body, timing):
 
 
 def weights(lanes: int) -> np.ndarray:
-    """Random weights, shape [lanes, n_weights]."""
+    """Return random weights, shape [lanes, n_weights]."""
     return np.random.default_rng(0).normal(size=(lanes, benchmark_controller().n_weights)) * 0.5
 
 

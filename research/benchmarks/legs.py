@@ -82,7 +82,7 @@ BODIES: dict[str, type[Body]] = {"hopper": Hopper, "bar": Bar, "plate": Plate, "
 
 
 def measure_bodies(lanes: int = 1024, bodies: Sequence[str] = tuple(BODIES)) -> list[BodySpeed]:
-    """Bodies under their oscillators."""
+    """Measure bodies under their oscillators."""
     return [measure_body(name, BODIES[name](), lanes) for name in bodies]
 
 

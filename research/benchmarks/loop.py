@@ -50,7 +50,7 @@ class LoopHopper:
 
 
 def loop_ticks_per_second(ticks: int = 20_000, tick_s: float = 0.001) -> float:
-    """Control ticks per second of the loop."""
+    """Return the control ticks per second of the loop."""
     env = LoopHopper(np.random.default_rng(0).normal(size=96) * 0.5, tick_s, 5.0)
     begun = time.perf_counter()
     for _ in range(ticks):

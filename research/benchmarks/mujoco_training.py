@@ -74,7 +74,7 @@ def measure_environments(steps: int = 200) -> list[MujocoSpeed]:
 
 
 def _plain(steps: int) -> tuple[float, float]:
-    """Steps per second of PPO's policy in a `DummyVecEnv`."""
+    """Return the steps per second of PPO's policy in a `DummyVecEnv`."""
     ppo = require("stable_baselines3", "sb3").PPO
     torch = require("torch", "sb3")
     torch.set_num_threads(1)  # networks as small as these lose by sharing
@@ -91,7 +91,7 @@ def _plain(steps: int) -> tuple[float, float]:
 
 
 def _rates(step: Callable[[], None], steps: int, lanes: int) -> tuple[float, float]:
-    """Steps of all lanes per second, and per core-second; best of three."""
+    """Return the steps of all lanes per second, and per core-second; best of three."""
     step()  # which may compile
     times, work = [], []
     for _ in range(3):

@@ -93,7 +93,7 @@ def episode(controller: Controller, subject: Body) -> TracedEpisode:
 
 
 def core_seconds(function: Callable[[], Any]) -> float:
-    """Seconds that cores are at work."""
+    """Return the time for which cores are at work [s]."""
     begun = time.process_time()
     function()
     return time.process_time() - begun

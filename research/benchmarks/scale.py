@@ -86,7 +86,7 @@ def measure_scaling() -> pd.DataFrame:
 
 
 def draw_scaling(table: pd.DataFrame, file: Path) -> Path:
-    """Rates over each axis, with the memory and the core-seconds of compiling."""
+    """Draw rates over each axis, with the memory and the core-seconds of compiling."""
     labels = {
         "ticks_per_core_s": "ticks per core-second",
         "compile_core_s": "compiling [core-s]",

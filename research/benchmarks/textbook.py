@@ -67,7 +67,7 @@ def textbook_controller() -> Controller:
 def textbook_rollouts(
     static: Controller, weights: jax.Array, tick_s: jax.Array, ticks: int
 ) -> jax.Array:
-    """Final heights, of one rollout per row of weights."""
+    """Return the final heights, of one rollout per row of weights."""
     body, loop = Hopper(), ClosedLoop(static, PredictorCorrector())
 
     def rollout(row: jax.Array) -> jax.Array:
@@ -88,7 +88,9 @@ def textbook_rollouts(
 
 
 def textbook_ticks_per_second(lanes: int = 1024, ticks: int = 500) -> float:
-    """Control ticks per second, over all lanes; the best of three runs after compilation."""
+    """Return the control ticks per second, over all lanes; the best of three runs after
+    compilation.
+    """
     static = textbook_controller()
     weights = np.random.default_rng(0).normal(size=(lanes, static.n_weights)) * 0.5
     lanes_first = jnp.asarray(weights, "float32")

@@ -24,7 +24,9 @@ DUMMY_LANES = 64
 
 
 def steps_per_second(env: VecEnv, steps: int, repeats: int = 10) -> float:
-    """Steps of an agent per second over all lanes, after compilation; the best of some runs."""
+    """Return the steps of an agent per second over all lanes, after compilation; the best of
+    some runs.
+    """
     rng = np.random.default_rng(0)
     actions = rng.uniform(-0.3, 0.3, (env.num_envs, 1)).astype(np.float32)
     env.reset()
@@ -39,7 +41,9 @@ def steps_per_second(env: VecEnv, steps: int, repeats: int = 10) -> float:
 
 
 def throughput(decimation: int) -> dict[str, float]:
-    """Steps per second of a `DummyVecEnv` (key "DummyVecEnv") and of batches, by their size."""
+    """Return the steps per second of a `DummyVecEnv` (key "DummyVecEnv") and of batches, by
+    their size.
+    """
     dummy = require("stable_baselines3.common.vec_env", "sb3").DummyVecEnv
     monitor = require("stable_baselines3.common.monitor", "sb3").Monitor
     make = require("gymnasium", "gym").make

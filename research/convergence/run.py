@@ -146,7 +146,9 @@ def kind(amplification: float) -> str:
 
 
 def apexes(actuation: str, integrator: Integrator, tick_s: float, dtype: str) -> np.ndarray:
-    """Apex heights [m] of all cases, shape [frames, cases]; NaN in frames without an apex."""
+    """Return the apex heights [m] of all cases, shape [frames, cases]; NaN in frames without an
+    apex.
+    """
     terms = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
     rollout = tegotae.Rollout(
         controller=Controller(ACTUATIONS[actuation], PhaseOscillator(), terms),
@@ -163,7 +165,8 @@ def _only_apexes(trajectory, scenario, body, timing):
 
 
 def largest_error_m(heights: np.ndarray, expected: np.ndarray) -> float:
-    """Largest difference between the nth hops' heights [m]; infinite if hops were lost or added.
+    """Return the largest difference between the nth hops' heights [m]; infinite if hops were lost
+    or added.
 
     Errors in time make one scheme's window end just before a hop that the other still sees.
     """
@@ -269,13 +272,13 @@ def study_of_learned() -> list[dict]:
 
 
 def errors_mm(rows: list[dict], **where) -> np.ndarray:
-    """Errors [mm] of the cases of some rows."""
+    """Return the errors [mm] of the cases of some rows."""
     matches = [r for r in rows if all(r[k] == v for k, v in where.items())]
     return np.array([r["largest_apex_error_mm"] for r in matches])
 
 
 def summary(rows: list[dict]) -> list[dict[str, str]]:
-    """Largest error [mm] of every combination, a column per control period."""
+    """Return the largest error [mm] of every combination, a column per control period."""
     keys = ("kind", "scheme", "dtype", "actuation")
     table = []
     for values in dict.fromkeys(tuple(r[k] for k in keys) for r in rows):
@@ -308,7 +311,9 @@ STYLES = {
 
 
 def draw(rows: list[dict], path: Path) -> None:
-    """Worst (marked) and median (thin) error over the control period, a panel per actuation."""
+    """Draw worst (marked) and median (thin) error over the control period, one panel per
+    actuation.
+    """
     import matplotlib
 
     matplotlib.use("Agg")

@@ -43,7 +43,7 @@ class CalibratedOptimum:
     """Draw from the table that is kept."""
 
     def run(self) -> None:
-        """Do it all."""
+        """Run the whole study."""
         if not self.drawn_only:
             write_rows(FOLDER / "optimum.csv", [self._row(omega) for omega in OMEGAS], digits=6)
         columns = read_csv(FOLDER / "optimum.csv", COLUMNS)

@@ -52,7 +52,7 @@ class EpisodeLength:
     """The table."""
 
     def run(self) -> None:
-        """Do it all."""
+        """Run the whole study."""
         rows = [self._row(model, *setting) for model in MODELS for setting in WAYS]
         with self.out.open("w", newline="", encoding="utf-8") as stream:
             table = csv.writer(stream, lineterminator="\n")

@@ -79,7 +79,7 @@ class Figure3:
     """Policies to train."""
 
     def run(self) -> None:
-        """Do it all."""
+        """Run the whole study."""
         require_finite("scale", self.scale, above=0.0)
         output_folder(self.out)
         tables = output_folder(self.out if self.tables is None else self.tables)
@@ -197,7 +197,9 @@ def text(curves: pd.DataFrame) -> str:
 
 
 def _marks(arm: str, runs: Sequence[pd.DataFrame], equal: float) -> list[tuple[Any, str]]:
-    """Until when an algorithm is judged: a time of each run, and its name in the table."""
+    """Return until when an algorithm is evaluated: a time of each run, and its name in the
+    table.
+    """
     if not runs:
         return []
     if arm in AGENTS:

@@ -134,7 +134,7 @@ def measured(folder: Path) -> list[dict[str, object]]:
 
 
 def tables(records: pd.DataFrame) -> str:
-    """Scores and curves of every family, and how many runs each form is the shortest of."""
+    """Return scores and curves of every family, and of how many runs each form is the shortest."""
     families = [(str(name), group) for name, group in records.groupby("model", sort=False)]
     names = {name: f"`{name.partition('@')[0]}`" for name, _ in families}
     scores = [["family", "runs", *COLUMNS.values(), "what the feedback does"]]

@@ -128,7 +128,7 @@ def sweep(setting: str, episodes: list) -> list[dict]:
 
 
 def draw(rows: list[dict], path: Path) -> None:
-    """Shares above, mean transients below, over each setting; the default is marked."""
+    """Draw shares above, mean transients below, over each setting; the default is marked."""
     with styled():
         figure = new_figure(PAGE_IN, 3.6)
         axes = figure.subplots(3, len(SWEEPS), sharex="col", sharey="row")

@@ -130,7 +130,7 @@ class ParameterLimit:
     """Folder of tables and figure."""
 
     def run(self) -> None:
-        """Do it all."""
+        """Run the whole study."""
         output_folder(self.out)
         trainings = [
             self._train(rule, size)
@@ -203,7 +203,9 @@ def write_tables(trainings: list[Trained], out: Path) -> None:
 
 
 def draw(trainings: list[Trained]):
-    """Fitness over the number of parameters, and the learning curves of the scaled settings."""
+    """Draw fitness over the number of parameters, and the learning curves of the scaled
+    settings.
+    """
     with styled():
         figure = new_figure(PAGE_IN, 2.6)
         left_axes, right_axes = figure.subplots(1, 2)
@@ -238,7 +240,7 @@ def draw(trainings: list[Trained]):
 
 
 def print_summary(trainings: list[Trained]) -> None:
-    """Fitness with its interval, and its difference to that of the smallest size."""
+    """Print fitness with its interval, and its difference to that of the smallest size."""
     print("way         weights    std  untrained  fitness [95 %]             minus smallest size")
     for t in trainings:
         smallest = next(training for training in trainings if training.way == t.way)

@@ -83,7 +83,7 @@ class Plateau:
     """Only write the means and the figure of the table that is there."""
 
     def run(self) -> None:
-        """Do it all."""
+        """Run the whole study."""
         if self.tables_only:
             self._tell()
             return
@@ -125,7 +125,9 @@ class Plateau:
         write_text(self.out / "plateau.md", markdown_table(lines))
 
     def _train(self, model: str, stages: Stages) -> tuple[np.ndarray, np.ndarray]:
-        """Episodes done after each generation, and the mean's fitness [generations, seeds]."""
+        """Return the number of episodes after each generation, and the mean's fitness
+        [generations, seeds].
+        """
         weights, generation = None, 0
         episodes: list[int] = []
         fitness: list[np.ndarray] = []

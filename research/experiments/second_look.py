@@ -84,7 +84,7 @@ class SecondLook:
     """Algorithms to train."""
 
     def run(self) -> None:
-        """Do it all."""
+        """Run the whole study."""
         output_folder(self.out)
         for algorithm in self.algorithms:
             for model in MODELS:

@@ -95,7 +95,7 @@ def orbit_of(record: Record, run: int) -> Orbit | None:
 
 
 def budget_of(orbit: Orbit) -> dict[str, float]:
-    """Work per climbed metre of a limit cycle, taken apart."""
+    """Return the work per climbed metre of a limit cycle, by its parts."""
     power = orbit.actuator_force_n * orbit.velocity_m_per_s
     climb = float((orbit.apex_height_m - BODY.rest_length_m).sum())
     absolute, taken = (

@@ -55,7 +55,9 @@ PLACES = tuple((name, "F") for name in ARCHITECTURES) + tuple(
 
 
 def summary(table: StudyTable, weight_n: float) -> dict[tuple[str, str, str], Interval]:
-    """Mean and interval over runs, by metric, architecture and input; all designs count alike."""
+    """Return the mean and interval over runs, by metric, architecture and input; all designs
+    count alike.
+    """
     scales = {
         "efficiency": weight_n,
         "gain": 1.0 / _mean(table.where(architecture="V")["cot_inverse"].astype(float)),

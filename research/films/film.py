@@ -168,7 +168,7 @@ def seconds_of(film: Image.Image) -> float:
 
 
 def joined(films: Sequence[bytes]) -> bytes:
-    """Films of one size as one: their pictures as they are, one after the other.
+    """Join films of one size, one after the other, with unchanged pictures.
 
     A .webp is a RIFF: pieces of a name of 4 bytes, a length and so many bytes, padded to even ones;
     VP8X is the head, ANIM says how often it is shown, each ANMF is a picture.

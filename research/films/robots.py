@@ -107,7 +107,7 @@ def of_go1(speed_m_per_s: float, condition: Condition, begin_s: float) -> Iterat
 
 
 def write(file: Path, panels: dict[str, Sequence[np.ndarray]]) -> None:
-    """Panels side by side, with their titles."""
+    """Write panels side by side, with their titles."""
     pictures = []
     for k in range(min(map(len, panels.values()))):
         row = Image.new("RGB", (WIDTH * len(panels), 240))

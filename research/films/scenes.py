@@ -137,12 +137,12 @@ class Leg:
 
 
 def strip(axes: Axes, back_s: float, label: str, low: float, high: float) -> None:
-    """Axes for the last seconds of a signal."""
+    """Set axes for the last seconds of a signal."""
     axes.set(xlim=(-back_s, 0.0), ylim=(low, high), ylabel=label)
 
 
 def _bare(axes: Axes) -> None:
-    """No frame; axes that are off still draw the one of a picture that moves."""
+    """Remove the frame; axes that are off still draw that of a moving picture."""
     axes.set_axis_off()
     axes.spines[:].set_visible(False)
 

@@ -63,7 +63,7 @@ def stands(places: tuple[tuple[float, ...], ...], shift_rad: float) -> np.ndarra
 
 
 def main() -> None:
-    """Do it all."""
+    """Run the whole study."""
     stream = io.StringIO()
     table = csv.writer(stream, lineterminator="\n")
     table.writerow(("legs", "shift_rad", "bodies", "stand", "half_fallen_s", "last_falls_s"))

@@ -58,7 +58,7 @@ MODES = {
 
 
 def pitch_rate(body: Walker) -> float:
-    """Natural rate of pitching with all feet down, √(Σ K_z x_i² / I_yy) [√(g / l0)]."""
+    """Return the natural rate of pitching with all feet down, √(Σ K_z x_i² / I_yy) [√(g / l0)]."""
     arms = np.array(body.hips_x_m) - body.com_x_m
     return float(np.sqrt(body.stiffness_z_n_per_m * (arms**2).sum() / body.inertia_y_kg_m2))
 
@@ -292,7 +292,7 @@ OF_FOOT = ("sigma", "stride", "lift", "press")
 
 
 def drawn(count: int, around: dict[str, np.ndarray], width: float, draw: Any) -> dict:
-    """Bodies with numbers near those of some others, each varied by a factor or a length."""
+    """Return bodies with numbers near those of some others, each varied by a factor or a length."""
     parents = draw.integers(len(around["com_x_m"]), size=count)
     bodies = {}
     for name, x in around.items():

@@ -86,7 +86,7 @@ def largest_lag_difference(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def starts() -> np.ndarray:
-    """Phases of the first start and the random ones, [legs, starts]."""
+    """Return the phases of the first start and the random ones, [legs, starts]."""
     random = np.random.default_rng(0).uniform(0.0, 2 * np.pi, (4, STARTS))
     return np.column_stack([PHASES, random])
 
@@ -108,7 +108,7 @@ def gait(path: dict[str, np.ndarray], index: int, start: int) -> Gait:
 
 
 def tick_rows(name: str, paths: dict[float, dict[str, np.ndarray]]) -> list[dict[str, Any]]:
-    """Differences to the adaptive solver, of every frequency and tick."""
+    """Return the differences to the adaptive solver, of every frequency and tick."""
     parts, omegas = SETS[name]
     rows = []
     times = FRAME * np.arange(1, round(LONG / FRAME) + 1)
@@ -143,7 +143,7 @@ def tick_rows(name: str, paths: dict[float, dict[str, np.ndarray]]) -> list[dict
 
 
 def twin_rows(name: str, path: dict[str, np.ndarray]) -> list[dict[str, Any]]:
-    """Gaits of the twin and of the engine, from the same random starts."""
+    """Return the gaits of the twin and of the engine, from the same random starts."""
     parts, omegas = SETS[name]
     body, foot = walkers.body_of(parts), walkers.controller_of(parts).actuation
     rows = []
@@ -172,7 +172,9 @@ def write(rows: list[dict[str, Any]], path: Path) -> None:
 
 
 def draw(ticks: list[dict[str, Any]], twins: list[dict[str, Any]], path: Path) -> None:
-    """Errors over the tick; lag and speed of walker, twin and adaptive solver over frequency."""
+    """Draw errors over the tick; lag and speed of walker, twin and adaptive solver over
+    frequency.
+    """
     with styled():
         figure = new_figure(PAGE_IN, 2.3)
         errors, lags, speeds = figure.subplots(1, 3)
@@ -213,7 +215,7 @@ def draw(ticks: list[dict[str, Any]], twins: list[dict[str, Any]], path: Path) -
 
 
 def main() -> None:
-    """Do it all."""
+    """Run the whole study."""
     OUT.mkdir(exist_ok=True)
     ticks, twins = [], []
     for name in SETS:

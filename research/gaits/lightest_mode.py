@@ -186,7 +186,7 @@ def on_cycle(leg: Leg, body: Body, phase_rad: np.ndarray, changes: dict) -> tupl
 
 
 def drifts(leg: Leg) -> dict[str, np.ndarray]:
-    """Measured on two legs at 1/j = 1 ± `NEAR`: how fast a lag changes, over 1/j - 1."""
+    """Return the growth rates of a lag over 1/j - 1, measured on two legs at 1/j = 1 ± `NEAR`."""
     lightness = np.repeat([NEAR, -NEAR], 30)
     lag = np.tile(2.0 * np.pi * (np.arange(30) + 0.5) / 30, 2)
     changes = {"inertia_ratio": 1.0 / (1.0 + lightness)}
@@ -197,7 +197,7 @@ def drifts(leg: Leg) -> dict[str, np.ndarray]:
 
 
 def exponents(law: str, leg: Leg) -> list[dict]:
-    """Predicted and measured rates on limp plates of several inertias near 1."""
+    """Return the predicted and measured rates on limp plates of several inertias near 1."""
     cases = [(1.0, -1.0, -1.0), (-1.0, 1.0, -0.5), (-1.0, -0.5, 1.0), (-1.0, -0.7, -0.4)]
     cases = [tuple(NEAR * x for x in case) for case in cases]
     rows = [(c, g, k) for c in cases for g in MODES for k in list(MODES)[1:]]
@@ -322,7 +322,7 @@ def narrow(row: dict) -> dict:
 
 
 def draw(legs: dict[str, Leg], curves: dict, bars: list[dict], rates: list[dict]) -> None:
-    """Drift over lag, gaits of the bar over its inertia, and rates on plates."""
+    """Draw drift over lag, gaits of the bar over its inertia, and rates on plates."""
     with styled():
         figure = new_figure(PAGE_IN, 4.6)
         axes = figure.subplots(2, 2)
@@ -396,13 +396,13 @@ def _stacked(axis, bars: list[dict]) -> None:
 
 
 def table(rows: list[dict]) -> str:
-    """Rows as a Markdown table."""
+    """Return rows as a Markdown table."""
     lines = [[f"{x:.3g}" if isinstance(x, float) else x for x in row.values()] for row in rows]
     return markdown_table([list(rows[0]), *lines])
 
 
 def columns(rows: list[dict]) -> dict[str, np.ndarray]:
-    """Rows as columns."""
+    """Return rows as columns."""
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 

@@ -155,7 +155,7 @@ def write_overall(results: Sequence[Done], pairs) -> None:
 
 
 def _over_levels(outcome: Retention, in_training: bool, measure: str) -> str:
-    """Mean over runs, and its interval, of the share of a run's levels."""
+    """Return the mean over runs, and its interval, of the share of a run's levels."""
     table = outcome.table[outcome.table[MEASURES[measure]]]
     table = table[table["condition"].isin(SEEN) == in_training]
     if measure == "keeps":
@@ -213,7 +213,9 @@ def _interval(row: dict) -> str:
 
 
 def varied_text(rows: Sequence[dict]) -> str:
-    """Shares that keep their gait, over levels: trained so and trained so, in Markdown."""
+    """Return the shares that keep their gait, over levels, with and without varied training, in
+    Markdown.
+    """
     models = list(dict.fromkeys(row["model"] for row in rows))
     cells = {(r["condition"], r["side"], r["model"], r["trained"]): r for r in rows}
     lines = []

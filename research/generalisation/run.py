@@ -78,7 +78,7 @@ def architecture(tested: Tested) -> str:
 
 
 def grouped(results: Sequence[Done]) -> dict[str, list[Done]]:
-    """Controllers by architecture, in the paper's order."""
+    """Return controllers by architecture, in the paper's order."""
     groups: dict[str, list[Done]] = {}
     for result in results:
         groups.setdefault(architecture(result[0]), []).append(result)
@@ -251,7 +251,7 @@ def edge(controllers: Sequence[Tested]) -> Iterator[dict]:
 
 
 def _extremes(trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing):
-    """Least and largest height in the second half, over the leg's length, and who failed."""
+    """Return least and largest height in the second half, over the leg's length, and failures."""
     settled = trajectory.height_m[timing.n_frames // 2 :] / body.rest_length_m
     return settled.min(axis=0), settled.max(axis=0), trajectory.failed[-1]
 

@@ -119,7 +119,7 @@ class Course:
         self._upright = self.names.index("root_upright")
 
     def reset(self, starts: np.ndarray, where: np.ndarray) -> None:
-        """New episodes of some lanes; starts and where are [lanes]."""
+        """Begin new episodes of some lanes; starts and where are [lanes]."""
         self.seen = self._lanes.reset(starts, where)
         self._past[:, where], self._taken[where] = self.seen[where], 0
         for lane in np.flatnonzero(where):
@@ -198,7 +198,7 @@ class Law(Pilot):
 
 
 def by_law(wiring: Wiring, weights: np.ndarray) -> DriverOf:
-    """Laws of one wiring with its controller, weights [lanes, n_weights]."""
+    """Return the driver of laws of one wiring with its controller, weights [lanes, n_weights]."""
 
     def driver(course: Course, omega: np.ndarray, anywhere: bool) -> Law:
         wires, problems = look_up(course.env, wiring)

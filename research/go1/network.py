@@ -67,7 +67,7 @@ class Pace:
     slope_m: float
 
     def stride_at(self, omega: np.ndarray) -> np.ndarray:
-        """Half of the stride [m] at commands [rad/s]."""
+        """Return the half of the stride [m] at commands [rad/s]."""
         return self.stride_m * (1.0 - self.still_rad_per_s / omega)
 
     def wanted_m_per_s(self, omega: np.ndarray) -> np.ndarray:
@@ -107,8 +107,9 @@ PACED = Pace(
 
 
 def places_of(outputs: np.ndarray, phase: np.ndarray, stride_m: np.ndarray) -> np.ndarray:
-    """Places of the feet [m] of a network's outputs, [lanes, 12], at the clock's phase and half of
-    the stride, [lanes]."""
+    """Return the places of the feet [m] of a network's outputs, [lanes, 12], at the clock's
+    phase and half of the stride, [lanes].
+    """
     angle = phase[:, None] + TROT_RAD
     up = np.where(np.sin(angle) > 0.0, LIFT_M, PRESS_M) * np.sin(angle)
     ahead = -stride_m[:, None] * np.cos(angle + SHIFT_RAD)

@@ -48,8 +48,9 @@ def report() -> None:
 
 
 def checks_table(records: pd.DataFrame, checks: pd.DataFrame) -> str:
-    """Falls of the final law under the conditions of the checks, of all runs and of the selected
-    one."""
+    """Return the falls of the final law under the conditions of the checks, of all runs and of
+    the selected one.
+    """
     rows = records[(records.law == ADAPTED) & records.condition.isin(HARD)]
     falls = checks.groupby("check").fell.mean()
     selected = rows[rows.run == SELECTED].fell.mean()
@@ -186,7 +187,7 @@ def figure(rows: pd.DataFrame) -> Figure:
 
 @styled()
 def frontier(rows: pd.DataFrame) -> Figure:
-    """Falls over cost at the same speeds, a dot a run."""
+    """Draw falls over cost at the same speeds, one dot per run."""
     drawn = new_figure(0.7 * PAGE_IN, 0.45 * PAGE_IN)
     axes = drawn.subplots()
     from_trot = rows[rows.condition != RANDOM_PHASES]

@@ -161,12 +161,12 @@ def evaluate() -> None:
 
 
 def rows_of(run: Run, name: str, title: str, seed: int) -> list[Row]:
-    """Rows of a calibrated run under a condition."""
+    """Return the rows of a calibrated run under a condition."""
     return measured(run, CONDITIONS[title], {"law": name, "condition": title, "run": seed})
 
 
 def check_rows(run: Run, title: str, seed: int) -> list[Row]:
-    """Rows of a calibrated run of the final law in a check."""
+    """Return the rows of a calibrated run of the final law in a check."""
     check, rows = CHECKS[title], []
     for name in HARD:
         identity = {"check": title, "law": ADAPTED, "condition": name, "run": seed}

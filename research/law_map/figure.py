@@ -103,7 +103,9 @@ def named_text(rows: pd.DataFrame) -> str:
 
 
 def convergence_text(convergence: pd.DataFrame) -> str:
-    """Shares that move, of half of the laws and all, and of some in longer episodes."""
+    """Return the shares of laws that move, for half of the laws and all, and for some in longer
+    episodes.
+    """
     longer = ("1 ×", "2 ×", "4 ×", "same at 4 ×")
     lines = [["body, ω", "R", "half; all", "maps of both", *longer]]
     for row in convergence.itertuples():

@@ -91,14 +91,14 @@ class Laws(NamedTuple):
 
 
 def between(ends: tuple[float, float], share: np.ndarray, *, log: bool = False) -> np.ndarray:
-    """Values of a range at shares of the way through it, or through its logarithm."""
+    """Return the values of a range at shares of the way through it, or through its logarithm."""
     low, high = np.log(ends) if log else ends
     values = low + (high - low) * share
     return np.exp(values) if log else values
 
 
 def drawn(subject: str, form: str, first: int, count: int) -> tuple[Laws, np.ndarray]:
-    """Some laws of the sequence, and the phases of their releases [legs, laws] [rad]."""
+    """Return some laws of the sequence, and the phases of their releases [legs, laws] [rad]."""
     system = SUBJECTS[subject]
     rng = np.random.default_rng((SEED, list(FORMS).index(form)))
     sobol = qmc.Sobol(5 + system.legs, scramble=True, rng=rng)

@@ -202,8 +202,10 @@ def released(subject: str, form: str, laws: Laws, omega: float, seed: int = JUDG
 
 
 def judged(subject: str, form: str, laws: Laws, *, seed: int = JUDGING) -> Arrays:
-    """Mean merit over random releases, share of those that move, and median rate over ω, of the
-    lower and the higher command; and the slope of the rate over ω, 1 if it follows."""
+    """Return the mean merit over random releases, share of those that move, and median rate
+    over ω, of the lower and the higher command; and the slope of the rate over ω, 1 if it
+    follows.
+    """
     system, results, rates = SUBJECTS[subject], {}, []
     for end, omega in zip(ENDS, system.omegas, strict=True):
         lanes = released(subject, form, laws, omega, seed)
@@ -217,8 +219,9 @@ def judged(subject: str, form: str, laws: Laws, *, seed: int = JUDGING) -> Array
 
 
 def around(subject: str, form: str, laws: Laws, omega: float) -> np.ndarray:
-    """Mean merit over releases and the five commands of the evaluation of a hopper, [laws]; NaN on
-    legs."""
+    """Return the mean merit over releases and the five commands of the evaluation of a hopper,
+    [laws]; NaN on legs.
+    """
     if SUBJECTS[subject].legs > 1:
         return np.full(len(laws.place), np.nan)
     commands = [omega + offset for offset in Protocol().offsets]
@@ -226,7 +229,7 @@ def around(subject: str, form: str, laws: Laws, omega: float) -> np.ndarray:
 
 
 def medians(values: np.ndarray) -> np.ndarray:
-    """Median of every row's defined values; NaN where there is none."""
+    """Return the median of every row's defined values; NaN where there is none."""
     return np.ma.median(np.ma.masked_invalid(values), axis=1).filled(np.nan)
 
 
@@ -239,7 +242,7 @@ def rows_of(laws: Laws, results: Arrays, **labels: Any) -> list[dict[str, Any]]:
 
 
 def taken(laws: Laws, indices: np.ndarray) -> Laws:
-    """Some of the laws."""
+    """Return some of the laws."""
     return Laws(*(x[indices] for x in laws))
 
 

@@ -42,7 +42,9 @@ def families() -> list[tuple[str, tuple[str, str, str]]]:
 
 
 def draw_range(rows: Rows) -> Figure:
-    """Cost over speed of the selected runs beside front and limit; their share of the front."""
+    """Draw cost over speed of the selected runs beside front and limit; their share of the
+    front.
+    """
     figure = new_figure(PAGE_IN, 3.2)
     left_axes, right_axes = figure.subplots(1, 2)
     left_axes.plot(*baseline(), color="black", lw=1.6, label="vanilla front")
@@ -102,7 +104,9 @@ def _band(axes: Axes, omega: np.ndarray, share: np.ndarray, colour: str) -> None
 
 
 def draw_curves(curves: Rows) -> Figure:
-    """Best fitness so far over the generations: the median run, and from the worst to the best."""
+    """Draw the best fitness so far over the generations: the median run, and from the worst to
+    the best.
+    """
     figure = new_figure(PAGE_IN, 2.8)
     axes = figure.subplots()
     for name, (label, colour, line) in families():

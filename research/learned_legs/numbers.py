@@ -170,7 +170,9 @@ def table(records: Any) -> str:
 
 
 def _means(rows: Any) -> list[str]:
-    """Means over the commands; what falls somewhere says how often it stays up."""
+    """Return means over the commands; for a law that falls somewhere, also how often it stays
+    up.
+    """
     stays = rows["upright"].mean()
     cells = [f"{rows[name].mean():.2f}" for name in MEASURES]
     walks = rows["speed_m_per_s"].min() > 0.02

@@ -59,7 +59,7 @@ EPISODES = 4
 
 
 def training_front() -> tuple[tuple[float, float], ...]:
-    """Speed and cost of transport of the vanilla front with which the fitness compares.
+    """Return the speed and cost of transport of the vanilla front with which the fitness compares.
 
     The front as it was when the trainings began (`tegotae.measures.fronts`): a better one, found
     later, would else be another training.
@@ -75,7 +75,7 @@ def baseline_cost(speed_m_per_s: np.ndarray) -> np.ndarray:
 
 
 def baseline() -> tuple[np.ndarray, np.ndarray]:
-    """Speeds and costs of transport of the vanilla front, [points] each."""
+    """Return the speeds and costs of transport of the vanilla front, [points] each."""
     curve = front("quadruped-c", "vanilla")
     return np.asarray(curve["speed"]), np.asarray(curve["cost_of_transport"])
 

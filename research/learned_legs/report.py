@@ -230,7 +230,7 @@ def final(curves: Rows, name: str) -> np.ndarray:
 
 
 def of_runs(curves: Rows, name: str) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Generations and best fitness so far of every run of a cell."""
+    """Return the generations and best fitness so far of every run of a cell."""
     values = []
     for seed in np.unique(curves["seed"][curves["cell"] == name]):
         mine = (curves["cell"] == name) & (curves["seed"] == seed)
@@ -244,7 +244,7 @@ def gaits(names: np.ndarray) -> str:
 
 
 def convergence(curves: Rows) -> str:
-    """Best fitness after a half, two thirds and all of the training of each run."""
+    """Return the best fitness after a half, two thirds and all of the training of each run."""
     rows = []
     for cell in CELLS:
         runs = of_runs(curves, cell.name)

@@ -83,7 +83,7 @@ class TimedEllipse(Actuation):
         return self.around((), self.timed(weights, _waves(signals, self.harmonics)))
 
     def timed(self, weights, waves: list[jax.Array]) -> Signals:
-        """Sine and cosine of the phase on the ellipse."""
+        """Return the sine and cosine of the phase on the ellipse."""
         phase = Signals(
             {"cos_phase": waves[2 * self.turns - 2], "sin_phase": waves[2 * self.turns - 1]}
         )
@@ -139,7 +139,7 @@ def series(weights, waves: list[jax.Array]) -> jax.Array:
 
 
 def turned(signals: Signals, angle) -> Signals:
-    """Sine and cosine of the phase plus an angle."""
+    """Return the sine and cosine of the phase plus an angle."""
     c, s = jnp.cos(angle), jnp.sin(angle)
     sine, cosine = signals["sin_phase"], signals["cos_phase"]
     return Signals({"sin_phase": sine * c + cosine * s, "cos_phase": cosine * c - sine * s})
@@ -181,7 +181,9 @@ class Space:
         return 2 + 2 * n if self.steps == 1 else 4 + 4 * n
 
     def decoded(self, x: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, Scenario]:
-        """Weights [lanes, 4 n] and release of vectors [lanes, size], for speeds [lanes]."""
+        """Return the weights [lanes, 4 n] and release of vectors [lanes, size], for speeds
+        [lanes].
+        """
         n, scale = self.foot.n_weights, self.foot.scale
         omega = np.clip(np.pi * speed / 0.6 * np.exp(x[:, 0]), *OMEGAS)
         if self.steps == 1:
@@ -243,7 +245,7 @@ RELEASE_M = 0.62
 
 
 def replaced(space: Space, **changes) -> Space:
-    """Another space."""
+    """Return another space."""
     return dataclasses.replace(space, **changes)
 
 
@@ -268,7 +270,7 @@ class OverStrides:
     needs = ("time_s", "x_m", "y_m", "yaw_rad", "work_absolute_j", "failed")
 
     def __call__(self, t: Trajectory, scenario: Scenario, body: Body, timing: Timing) -> Walked:
-        """Measured from interpolated totals, so that both windows have whole strides."""
+        """Measure from interpolated totals, so that both windows have whole strides."""
         stride, frames = 2.0 * jnp.pi / scenario.omega, t.time_s.shape[0]
         strides = jnp.maximum(jnp.floor(0.5 * (timing.duration_s - self.settle_s) / stride), 1.0)
         time = strides * stride

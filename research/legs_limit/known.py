@@ -25,7 +25,7 @@ FEET = ("free", "ellipse")
 def stance_loss_j(
     impulse_ns: ArrayLike, stance_s: ArrayLike, stiffness_n_per_m: float, damping_ns_per_m: float
 ) -> np.ndarray:
-    """Least energy that a leg loses while it bears an impulse within a time [J].
+    """Return the least energy that a leg loses while it bears an impulse within a time [J].
 
     A leg is a spring K beside a damper D, whose length can be commanded at will. It bears
     N = max(0, K d + D ḋ) while d ≥ 0, from d = 0 on. Whatever d(t), to bear J = ∫ N dt within τ
@@ -62,7 +62,8 @@ def stance_loss_j(
 
 
 def bound(body: Walker, speed_m_per_s: ArrayLike, stance_s: ArrayLike) -> np.ndarray:
-    """No periodic gait of a level torso, of stances no longer than τ, costs less at this speed.
+    """Return a cost below which no periodic gait of a level torso, with stances of at most τ, is
+    possible at this speed.
 
     n legs bear the weight together: n · loss(m g τ / n) / (τ m g v), with `stance_loss_j`.
 
@@ -111,7 +112,7 @@ def limit_table() -> dict[str, np.ndarray]:
 
 
 def limit(speed: ArrayLike, feet: str = "free") -> np.ndarray:
-    """Least cost of transport found for quadruped C at a speed: found, not proved.
+    """Return the least cost of transport found for quadruped C at a speed: found, not proved.
 
     Of "free" feet, which may be commanded anywhere within 0.4 l0 of their hips, fore and aft; or of
     feet on C's own "ellipse", whose phases may be any function of time, as with learned A, R and G.

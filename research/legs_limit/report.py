@@ -139,7 +139,7 @@ def with_controllers(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     on_ellipse = [row for row in rows if row["feet"] == "ellipse"]
 
     def over_found(walker: Mapping[str, Any]) -> float:
-        """Cost over that of the rows so far at the same speed."""
+        """Return the cost over that of the rows so far at the same speed."""
         ordered = sorted(on_ellipse, key=lambda row: row["speed"])
         speed, cost = ([row[n] for row in ordered] for n in ("speed", "cost_of_transport"))
         reference = np.exp(np.interp(walker["speed"], speed, np.log(cost)))
@@ -153,7 +153,9 @@ def with_controllers(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def controllers_on_ellipse() -> list[dict[str, Any]]:
-    """Rows of learned walkers whose feet stay on the ellipse: the study's, and those kept."""
+    """Return the rows of learned walkers whose feet stay on the ellipse: the study's, and those
+    kept.
+    """
     rows = {}
     table = limit_table()
     for k in np.flatnonzero(table["source"] != "search"):
@@ -406,7 +408,7 @@ def footfalls(axes: Axes, rows: list[dict[str, Any]], looks: list[Look]) -> None
 
 
 def draw_convergence(stages: Stages, tables: Path) -> Figure:
-    """Cost over the generations, start by start; and over the number of harmonics."""
+    """Draw cost over the generations, start by start, and over the number of harmonics."""
     figure = new_figure(PAGE_IN, 2.4)
     axes = figure.subplots(1, 3)
     for panel, speed in zip(axes, (0.3, 0.8), strict=False):
@@ -441,7 +443,9 @@ def draw_convergence(stages: Stages, tables: Path) -> Figure:
 
 
 def draw_further(stages: Stages) -> Figure:
-    """Cost over that of the kept gait, generation by generation, of searches that began there."""
+    """Draw cost over that of the kept gait, generation by generation, of searches that began
+    there.
+    """
     speeds = sorted({float(v) for _, targets, _ in stages.values() for v in targets})
     feet_there = [feet for feet in FEET if any(s.feet == feet for s, *_ in stages.values())]
     figure = new_figure(PAGE_IN, 0.6 + 1.5 * len(feet_there))

@@ -69,7 +69,7 @@ class Stage:
     def begin(
         self, folder: Path, seed: int, speeds: tuple[float, ...]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Speeds and vectors to start from, [starts] and [starts, size]."""
+        """Return speeds and vectors to start from, [starts] and [starts, size]."""
         targets = np.repeat(speeds, self.starts)
         if not self.sources:
             rng = np.random.default_rng(seed)
@@ -135,7 +135,7 @@ STAGES = {stage.name: stage for stage in (*_ALL, *_FURTHER)}
 
 
 def load(folder: Path, name: str) -> tuple[np.ndarray, Found]:
-    """Speeds and the best of every start of a stage."""
+    """Return the speeds and the best of every start of a stage."""
     with np.load(folder / f"{name}.speeds.npz") as record:
         return record["speed"], strategies.load(folder / f"{name}.npz")
 

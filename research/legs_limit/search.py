@@ -44,7 +44,9 @@ def losses(
 
 
 def kept_gaits(feet: str) -> list[tuple[Space, np.ndarray, np.ndarray]]:
-    """Speeds [gaits] and vectors [gaits, size] of the kept gaits of such feet, space by space."""
+    """Return speeds [gaits] and vectors [gaits, size] of the kept gaits of such feet, space by
+    space.
+    """
     entries = [gait for gait in json.loads(GAITS.read_text()) if gait["feet"] == feet]
     spaces = [Space(feet, gait["steps"], gait["harmonics"]) for gait in entries]
     groups = []

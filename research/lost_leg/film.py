@@ -160,7 +160,7 @@ def draw_courses(runs: dict[str, dict[str, GaitRun]]) -> Figure:
 
 
 def _feet_ahead(t: Any) -> np.ndarray:
-    """Mean place of the feet before the mass, over about a stride, [frames]."""
+    """Return the mean place of the feet before the mass, over about a stride, [frames]."""
     x = (t.foot_x_m - t.x_m[:, None]).mean(axis=1)
     y = (t.foot_y_m - t.y_m[:, None]).mean(axis=1)
     ahead = x * np.cos(t.yaw_rad) + y * np.sin(t.yaw_rad)

@@ -88,7 +88,7 @@ class Law:
         return self.ends * self.unit
 
     def weights(self, x: np.ndarray, sigma: float) -> np.ndarray:
-        """Weights of the controller [lanes, n_weights] of vectors [lanes, size].
+        """Return the weights of the controller [lanes, n_weights] of vectors [lanes, size].
 
         Args:
             x: the vectors; zero stands for vanilla feedback.
@@ -100,7 +100,7 @@ class Law:
         return np.concatenate(units, axis=1)
 
     def _of_leg(self, x: np.ndarray, sigma: float, mirror: bool) -> np.ndarray:
-        """Weights of a leg [lanes, unit]; those of a right one are mirrored."""
+        """Return the weights of a leg [lanes, unit]; those of a right one are mirrored."""
         neurons = x[:, 1:].reshape(len(x), 2, self.hidden, len(self.senses) + 2)
         sign = np.array([-1.0 if mirror and s in MIRRORED else 1.0 for s in self.senses])
         felt = neurons[..., :-2] * sign / np.array([TYPICAL[sense] for sense in self.senses])
@@ -112,7 +112,7 @@ class Law:
         return np.concatenate([sigma * np.exp(0.5 * x[:, :1]), weights.reshape(len(x), -1)], axis=1)
 
     def by_hand(self, gains: dict[str, np.ndarray]) -> np.ndarray:
-        """Vectors [lanes, size] of laws of one neuron a network, by their gains:
+        """Return vectors [lanes, size] of laws of one neuron per network, by their gains:
 
             shift = S tanh(Σ k s / S),    lift = H tanh(Σ k s / H),
 
@@ -145,7 +145,9 @@ class Law:
 
 @needing("x_m", "y_m", "work_absolute_j", "failed", "time_s")
 def _around_loss(path: Any, scenario: Any, body: Any, timing: Timing) -> dict[str, Any]:
-    """Speeds and costs in half of the time before and after the loss, and when it fell."""
+    """Return the speeds and costs in half of the time before and after the loss, and when it
+    fell.
+    """
     frames = path.x_m.shape[0]
     cut = round(LOST_S / timing.frame_s) - 1
     ends = (cut // 2, cut), (frames - 1 - (frames - cut) // 2, frames - 1)
@@ -166,7 +168,8 @@ WALKS = 0.3
 def scores(
     legged: Legged, weights: np.ndarray, *, missing: tuple[int, ...], starts: int, seed: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Scores of controllers without each leg, and the shares of their starts that walk on.
+    """Return the scores of controllers without each leg, and the shares of their starts that walk
+    on.
 
     A start that falls before the loss has t / T - 1 of that time. One that stands has 0 to 1 by
     the logarithm of the time until it falls afterwards; if it does not, up to half for its speed

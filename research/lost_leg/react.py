@@ -71,12 +71,15 @@ class Plan:
         return {name: x[:, index] * size for index, (name, size) in enumerate(self.gains)}
 
     def weights(self, x: np.ndarray) -> np.ndarray:
-        """Weights of the controller [lanes, n_weights] of vectors of the search [lanes, size]."""
+        """Return the weights of the controller [lanes, n_weights] of vectors of the search
+        [lanes, size].
+        """
         return self.law.weights(self.law.by_hand(self.gains_of(x)) if self.gains else x, SIGMA)
 
     def begin(self) -> np.ndarray:
-        """Vectors to start from, [starts, size]: no gains and any gains, or networks that hardly
-        react."""
+        """Return vectors to start from, [starts, size]: no gains and any gains, or networks
+        that hardly react.
+        """
         rng = np.random.default_rng(0)
         if self.gains:
             x = rng.normal(size=(self.starts, len(self.gains)))
@@ -133,7 +136,7 @@ PLANS = (
 
 
 def steady() -> Legged:
-    """Quadruped C with these steps, and no reaction."""
+    """Return quadruped C with these steps, and no reaction."""
     return walking("quadruped C, steady", Walker(), STEADY, SIGMA, OMEGA)
 
 

@@ -57,7 +57,7 @@ LEAST_WAY = 0.5
 
 
 def quick() -> Legged:
-    """Quadruped C with small quick steps."""
+    """Return quadruped C with small quick steps."""
     return walking("quadruped C, quick", Walker(), FAST, SIGMA, OMEGA)
 
 
@@ -136,7 +136,9 @@ CELLS = (
 
 @needing("x_m", "y_m", "yaw_rad", "foot_x_m", "foot_y_m", "work_absolute_j", "failed", "time_s")
 def _around(path: Any, scenario: Any, body: Any, timing: Timing) -> dict[str, Any]:
-    """Ways and work before and after the loss, each over a quarter of the recording, and falls."""
+    """Return distances and work before and after the loss, each over a quarter of the
+    recording, and falls.
+    """
     frames = path.x_m.shape[0]
     ends = [frames // 4, frames // 2 - 1, 3 * frames // 4, frames - 1]
     work = path.work_absolute_j

@@ -298,7 +298,7 @@ def tables(work: Place) -> None:
 
 
 def report() -> None:
-    """Texts and picture from the tables that are kept."""
+    """Write texts and picture from the kept tables."""
     curves, robust = (pd.read_csv(OUT / f"{name}.csv") for name in ("curves", "robustness"))
     write_text(OUT / "learned.md", learned_text(curves))
     write_text(OUT / "apart.md", apart_text(curves))
@@ -367,7 +367,7 @@ def rows_of(table: pd.DataFrame, **where: str) -> pd.DataFrame:
 
 
 def picture(curves: pd.DataFrame) -> None:
-    """Learning curves: the best so far, a line a seed, and their median."""
+    """Draw learning curves: the best so far, one line per seed, and their median."""
     models = [model for model in MODELS if model in set(curves["model"])]
     with styled():
         figure = new_figure(COLUMN_IN * len(models), 2.5)

@@ -195,7 +195,7 @@ def outcome(record: EpisodeBatch) -> tuple[float, float, float]:
 
 
 def judged(work: Path, name: str, body: Body) -> list[dict[str, Any]]:
-    """Rows of the table: all ways on one body."""
+    """Return the rows of the table: all learners on one body."""
     cases: dict[str, tuple[EnvExperiment, np.ndarray]] = {}
     if name in BODIES:
         plain = experiment(body, "V-sector-w8", JUDGED_S)
@@ -232,7 +232,9 @@ def curves(work: Path, name: str, level: float) -> list[dict[str, Any]]:
 
 
 def picture() -> None:
-    """Best so far and centre over generations; dashed, what vanilla got from the same starts."""
+    """Draw the best so far and the centre over generations; dashed, vanilla's return from the
+    same starts.
+    """
     table = read_csv(OUT / "walkers_curves.csv")
     names = [name for name in BODIES if name in set(table["body"])]
     with styled():

@@ -73,7 +73,7 @@ class Pictures:
     """Folder of figures and table."""
 
     def run(self) -> None:
-        """Do it all."""
+        """Run the whole study."""
         output_folder(self.out)
         save_figure(draw_free(), self.out / "free.png")
         rows: list[dict[str, Any]] = []
@@ -92,7 +92,7 @@ class Pictures:
 
 
 def free(oscillator: Any, duration_s: float = 12.0, step_s: float = 0.002) -> np.ndarray:
-    """Phase and radius of an oscillator by itself, [2, steps]: improved Euler steps."""
+    """Return the phase and radius of an oscillator by itself, [2, steps]: improved Euler steps."""
 
     @jax.jit
     def run() -> Any:

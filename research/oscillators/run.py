@@ -84,7 +84,7 @@ class Matter:
     """Only tabulate what the folder holds."""
 
     def run(self) -> None:
-        """Do it all."""
+        """Run the whole study."""
         output_folder(self.out)
         if not self.tables_only:
             run_study(self.plan, self.dir, partial(on_cores, workers=self.workers))
@@ -143,7 +143,7 @@ def column(rows: dict[str, Any], name: str) -> np.ndarray:
 
 
 def compared(rows: dict[str, Any], oscillator: str, name: str) -> tuple[float, float, float]:
-    """Mean difference from the phase oscillator and its 95 % interval.
+    """Return the mean difference from the phase oscillator and its 95 % interval.
 
     Architecture by architecture and frequency by frequency, and then the mean over these.
     """
@@ -195,7 +195,9 @@ def title(oscillator: str) -> str:
 
 
 def draw(rows: dict[str, Any]) -> Figure:
-    """Fitness and share of settled gaits: a mark a run, a line at the mean of an architecture."""
+    """Draw fitness and share of settled gaits: one mark per run, a line at the mean of an
+    architecture.
+    """
     metrics = ("best_fitness", "limit_cycle_share")
     present = [name for name in COMPARED if name in set(rows["oscillator"])]
     architectures = [name for name in ARCHITECTURES if name in set(rows["architecture"])]

@@ -30,7 +30,7 @@ _LOOK_S = 5.0
 def on_cluster(
     address: str, timeout_s: float = _TIMEOUT_S, patience_s: float = _PATIENCE_S
 ) -> Pool:
-    """Do bundles on the Dask workers of the scheduler at `address`; `local` starts some here.
+    """Run bundles on the Dask workers of the scheduler at `address`; `local` starts some here.
 
     Workers should have one thread each. Each computes as those of a run without Dask do, or refuses
     (`tegotae.study.measure_all`), so that every unit's numbers are the same. A bundle whose worker
@@ -79,7 +79,7 @@ def _as_they_come(
     address: str,
     patience_s: float,
 ) -> Iterator[Future]:
-    """Futures as they are done. A missing worker is reported, and borne for so long."""
+    """Yield futures as they finish. A missing worker is reported, and tolerated for a time."""
     pending, alone_since, warned = set(futures), None, not client.scheduler_info()["workers"]
     while pending:
         completed: set[Future] = set()

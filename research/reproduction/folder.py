@@ -155,7 +155,7 @@ class Folder:
         return document
 
     def study(self, cells: Sequence[Unit]) -> Study:
-        """These units, measured into the folder's records."""
+        """Return the study of these units, measured into the folder's records."""
         return Study(self.records, cells, suffix=SUFFIX)
 
     def all(self) -> tuple[list[Record], list[str]]:

@@ -13,7 +13,8 @@ _FEWEST = 3
 
 
 def rate_slope(omega: np.ndarray, hop_rate: np.ndarray) -> np.ndarray:
-    """Slope of the line of hop rate over ω, [runs]: 1 for gaits that follow the oscillator.
+    """Return the slope of the line of hop rate over ω, [runs]: 1 for gaits that follow the
+    oscillator.
 
     Args:
         omega: prescribed frequencies [rad/s], [episodes]; NaN without an oscillator.

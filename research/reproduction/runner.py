@@ -16,7 +16,7 @@ def run_study(
     *,
     restart: bool = False,
 ) -> int:
-    """Do what is missing of a plan in a folder; return how many records there are then.
+    """Run the missing units of a plan in a folder, and return the number of records afterwards.
 
     Args:
         plan: the study.

@@ -146,14 +146,18 @@ def tabulate_sampled(records: Iterable[Record]) -> StudyTable:
 
 
 def registry_order(records: Iterable[Record]) -> list[Record]:
-    """Records in the order of the registry of models, those of other experiments behind them."""
+    """Return records in the order of the registry of models, with those of other experiments
+    behind them.
+    """
     by_name = {record.model: record for record in records}
     extra = sorted(by_name.keys() - study_recipes().keys())
     return [by_name[name] for name in (*study_recipes(), *extra) if name in by_name]
 
 
 def means(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Means over the episodes of what is defined, of all metrics that are known or follow."""
+    """Return the means over the episodes of the defined values, of all known and derived
+    metrics.
+    """
     derived = with_derived(record, episodes)
     averaged = {name: mean_defined(values) for name, values in derived.items()}
     return averaged | _hop_rates(record, derived.get("hop_rate"))
@@ -175,7 +179,7 @@ def _hop_rates(record: Record, hop_rate: np.ndarray | None) -> dict[str, np.ndar
 
 
 def with_derived(record: Record, episodes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Metrics of a record's episodes, and those that follow from them (`derived`).
+    """Return the metrics of a record's episodes, and those that follow from them (`derived`).
 
     They are found episode by episode, as a mean's is another thing than the mean.
     """
@@ -198,7 +202,7 @@ def _training(record: Record) -> dict[str, np.ndarray]:
 
 
 def _best(record: Record, budget: int) -> np.ndarray:
-    """Best fitness of the distribution's mean within a budget of episodes, [runs]."""
+    """Return the best fitness of the distribution's mean within a budget of episodes, [runs]."""
     if not record.curves:
         return record.best_fitness
     generations = math.ceil(budget / record.population)

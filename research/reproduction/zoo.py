@@ -136,7 +136,7 @@ def write_archive(path: Path, study: str, entries: Iterable[ZooEntry]) -> None:
 
 
 def _software(entries: Iterable[ZooEntry]) -> dict[str, str]:
-    """Versions of the programs that made them; of several, all."""
+    """Return the versions of the programs that made them, all where there are several."""
     versions_by_name: dict[str, dict[str, None]] = {}
     for entry in entries:
         for name, version in cast(dict[str, str], entry.document["software"]).items():

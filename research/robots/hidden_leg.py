@@ -49,7 +49,7 @@ class HiddenLeg:
         self.past = deque([self.y] * (late + 1), late + 1)
 
     def sense(self) -> tuple[float, float]:
-        """Height [m] and load [N], late and noisy."""
+        """Return height [m] and load [N], late and noisy."""
         y, weight = self.past[0], self.m * GRAVITY_M_PER_S2
         load = self.k * max(self.l0 - y, 0.0)
         normal = self.random.gauss

@@ -37,7 +37,7 @@ def page_leg() -> Any:
 
 
 def steps_alone_s(live: LiveController) -> np.ndarray:
-    """Times of steps without a plant [s]."""
+    """Return the times of steps without a plant [s]."""
     times = np.empty(STEPS)
     for i in range(STEPS):
         begun = time.perf_counter()

@@ -100,7 +100,7 @@ def merits(subject: str, name: str, numbers: int, omega: float) -> pd.DataFrame:
 
 
 def table(runs: pd.DataFrame) -> str:
-    """Means over runs with their intervals, and the best run, in Markdown."""
+    """Return means over runs with their intervals, and the best run, in Markdown."""
     lines = [
         ["ω_t", "controller", "numbers", "merit [m/J]", "best run", "settled share", "following"]
     ]

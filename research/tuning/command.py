@@ -71,7 +71,7 @@ class Tuning(Table):
 
 
 def _values(model: str = "", **parts: Any) -> Values:
-    """Own values of a model's experiment."""
+    """Return the values of a model's own experiment."""
     names = ("budget", "oscillator", "body", "fitness")
     overrides = {name: x for name, x in parts.items() if name in names}
     return option_defaults(experiment_named(model, **overrides))

@@ -180,7 +180,7 @@ def _require_values(study: Study) -> None:
 
 
 def _requeue_abandoned(optuna: ModuleType, study: Study) -> None:
-    """Trials left running by a tuner that was killed."""
+    """Requeue trials left running by a tuner that was killed."""
     states = optuna.trial.TrialState
     for trial in study.get_trials(deepcopy=False, states=(states.RUNNING,)):
         requeue(study, trial)

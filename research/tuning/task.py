@@ -72,7 +72,7 @@ class TuningTask:
         return len(self.experiments) * self.seeds
 
     def episodes(self, experiment: Experiment, minimum: int) -> int:
-        """Episodes of an experiment that the budget is enough for.
+        """Return the number of episodes of an experiment within the budget.
 
         Raises:
             TegotaeError: if these are fewer than `least`.

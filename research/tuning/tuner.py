@@ -91,7 +91,7 @@ def tune(
 def evaluate_settings(
     space: Space, settings: Sequence[Settings], task: TuningTask, *, workers: int = 1
 ) -> np.ndarray:
-    """Fitness of each setting on all of a task's trainings, shape [settings, instances].
+    """Return the fitness of each setting on all of a task's trainings, shape [settings, instances].
 
     Args:
         space: the algorithm's search space.
@@ -114,7 +114,7 @@ def evaluate_settings(
 
 
 def _pool(workers: int) -> Workers:
-    """Processes that share the cores."""
+    """Return processes that share the cores."""
     require_workers(workers)
     return Workers(workers, cores=max(1, available_cores() // workers))
 

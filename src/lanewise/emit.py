@@ -166,7 +166,9 @@ class Emitter:
         results: dict[Node, Node],
         otherwise: dict[Node, list[str]] | None,
     ) -> dict[Node, list[str]]:
-        """Results of a side, for lanes that take it; computed if any does."""
+        """Return the results of one branch, for the lanes that take it; it is computed if any
+        lane does.
+        """
         w = self._writer
         inside, rejoin = w.label("taken"), w.label("joined")
         w.go_if(w.any(masks), inside, rejoin, rarely=otherwise is not None)
@@ -194,7 +196,9 @@ class Emitter:
         return joined
 
     def _loop(self, node: Node) -> None:
-        """Rounds while any lane goes on; what a lane carries stays when it does not."""
+        """Write a loop that runs while any lane continues; values of finished lanes do not
+        change.
+        """
         loop: Loop = node.detail
         w, regions = self._writer, self._regions
         slots = regions.parts[node]

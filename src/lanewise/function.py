@@ -47,7 +47,9 @@ class FunctionKernel:
         return NativeStep(code, self.layout)
 
     def to_bytes(self, target: str | Target = "portable") -> bytes:
-        """Layout and code for a processor, with a checksum: what `load_step` takes, without JAX."""
+        """Return layout and code for a processor, with a checksum, as bytes that `load_step`
+        reads without JAX.
+        """
         code = object_file(self.text, target_of(target))
         return sealed(msgspec.msgpack.encode((self.layout, code)))
 

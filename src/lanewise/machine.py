@@ -34,7 +34,7 @@ class Target:
     """Bits of a vector; 0 where code is to be of scalars."""
 
     def lanes_of_vector(self, dtype: str) -> int:
-        """Numbers of this type in a vector."""
+        """Return the number of values of this type in a vector."""
         return max(1, self.vector_bits // _FLOAT_BITS[dtype])
 
 
@@ -227,7 +227,7 @@ _CHECKSUM_BYTES = hashlib.sha256().digest_size
 
 
 def sealed(content: bytes) -> bytes:
-    """Bytes after their checksum.
+    """Return bytes behind their checksum.
 
     Example:
         >>> unsealed(sealed(b"code"))
@@ -296,7 +296,7 @@ class NativeStep:
         self._pointers = tuple(ctypes.c_void_p(memory.ctypes.data) for memory in self._memory)
 
     def __call__(self) -> None:
-        """Go one step on."""
+        """Advance one step."""
         self._function(*self._pointers)
 
     def buffers(self) -> tuple[np.ndarray, ...]:

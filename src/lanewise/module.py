@@ -44,11 +44,11 @@ class Rows:
         return -(-sum(sizes) // widest) * widest
 
     def memory(self, lanes: int) -> np.ndarray:
-        """Bytes for all rows of so many lanes."""
+        """Return memory for all rows of so many lanes."""
         return aligned(self.size * lanes)
 
     def view(self, memory: np.ndarray, first: int, last: int, lanes: int) -> np.ndarray:
-        """Rows that follow each other, of one type: [rows, lanes]."""
+        """Return consecutive rows of one type: [rows, lanes]."""
         if first == last:
             return np.empty((0, lanes))
         shape = last - first, lanes
@@ -92,7 +92,7 @@ class RecordedArrays:
         return sum(self.sizes)
 
     def memory(self, frames: int, lanes: int) -> np.ndarray:
-        """Bytes for all arrays."""
+        """Return memory for all arrays."""
         return aligned(self.size * frames * lanes)
 
     def views(self, memory: np.ndarray, frames: int, lanes: int) -> list[np.ndarray]:
@@ -112,7 +112,7 @@ def _wide_first(sizes: Sequence[int], widths: Sequence[int]) -> tuple[int, ...]:
 
 
 def aligned(size: int) -> np.ndarray:
-    """So many bytes of memory, which begin where a vector may."""
+    """Return so many bytes of memory, aligned for vectors."""
     memory = np.empty(size + _ALIGNMENT, np.uint8)
     offset = -memory.ctypes.data % _ALIGNMENT
     return memory[offset : offset + size]

@@ -221,7 +221,7 @@ def _is_guarded(under: Node) -> bool:
 
 
 def given_arrays(name: str, tree: Tree, stage: int = TICK) -> list[np.ndarray]:
-    """Nodes of what is given by a name, leaf by leaf, numbered one after the other."""
+    """Return the nodes of an input by its name, leaf by leaf, numbered consecutively."""
     numbers = itertools.count()
     return [
         array_of(

@@ -49,7 +49,7 @@ def stays_a_call(function: Callable[P, T]) -> Callable[P, T]:
 
 @contextmanager
 def keeping_calls() -> Generator[None]:
-    """While this lasts, traces show calls of functions that are made for it.
+    """Keep, within the block, the calls of functions as calls in traces.
 
     Example:
         >>> import jax
@@ -241,7 +241,7 @@ class Loop:
         return frozenset(changing)
 
     def outside(self) -> tuple[Node, ...]:
-        """Values that the rounds read and do not change, in order."""
+        """Return the values that the loop reads and does not change, in order."""
         order = reachable((self.goes_on, *self.onwards))
         read = {x: None for node in order if node in self.changing for x in node.inputs}
         read.update(dict.fromkeys((self.goes_on, *self.onwards)))

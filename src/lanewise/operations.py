@@ -191,7 +191,9 @@ def _bits(kind: str) -> int:
 
 
 def _converted(w: FunctionWriter, node: Node, x: str) -> str:
-    """Another type; floats that become whole are cut off towards zero, and kept in the range."""
+    """Convert to another type; floats that become whole are truncated towards zero, within the
+    range.
+    """
     source, to = node.inputs[0].kind, node.kind
     source_type, target_type = w.type(source), w.type(to)
     if source == to:

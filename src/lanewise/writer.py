@@ -115,11 +115,11 @@ class FunctionWriter:
         return self.do(f"icmp ne i{self.lanes} {bits}, 0")
 
     def go(self, label: str) -> None:
-        """Go on at a block."""
+        """Continue at a block."""
         self.also(f"br label %{label}")
 
     def go_if(self, condition: str, yes: str, no: str, *, rarely: bool = False) -> None:
-        """Go on at either block."""
+        """Continue at one of two blocks."""
         weights = f", !prof {_LIKELY}" if rarely else ""
         self.also(f"br i1 {condition}, label %{yes}, label %{no}{weights}")
 
@@ -129,7 +129,7 @@ class FunctionWriter:
         return self.do(f"phi {self.type(kind)} {pairs}")
 
     def bytes_of(self, kind: str) -> int:
-        """Bytes of a vector in memory."""
+        """Return the size of a vector in memory [bytes]."""
         return self.lanes * _BYTES[_STORED[kind]]
 
     def _memory(self, base: str, offset: int, kind: str, lanes: int) -> str:
@@ -149,7 +149,7 @@ class FunctionWriter:
         return self.do(f"icmp ne {wide} {value}, zeroinitializer") if kind == "bool" else value
 
     def store(self, base: str, offset: int, kind: str, *values: str) -> None:
-        """Vectors to memory, one after the other; true and false as whole numbers."""
+        """Store vectors one after the other; booleans become whole numbers."""
         wide = self._wide(_STORED[kind])
         for number, value in enumerate(values):
             if kind == "bool":

@@ -255,7 +255,7 @@ def cell_key(name: str, document: Document) -> str:
 
 
 def bundles(cells: Iterable[Cell], limit: int | None = None) -> list[list[Cell]]:
-    """Cells in groups that share a compiled program, of so many at most."""
+    """Return cells in groups that share a compiled program, each of a maximum size."""
     groups: dict[Hashable, list[Cell]] = {}
     for cell in cells:
         groups.setdefault(cell.program, []).append(cell)

@@ -225,7 +225,7 @@ def start_of(
 
 
 def _begun(log: Log, middles: np.ndarray, sides: np.ndarray, gravity: float) -> np.ndarray:
-    """Height and velocity in the middles of flights, from their parabolas [2, flights]."""
+    """Return height and velocity in the middles of flights, from their parabolas [2, flights]."""
     states = []
     for middle, side in zip(middles, sides, strict=True):
         time = np.arange(-side, side + 1) * log.step_s
@@ -245,7 +245,9 @@ def _predicted(
     ticks: int,
     parts: int,
 ) -> tuple[jax.Array, jax.Array]:
-    """Height and load of segments, [2, ticks, segments], and their derivatives by each row of p."""
+    """Return height and load of segments, [2, ticks, segments], and their derivatives by each
+    row of p.
+    """
 
     def predict(p: jax.Array) -> jax.Array:
         body: Hopper = Hopper()
@@ -291,7 +293,9 @@ class _Segments:
     def residuals(
         self, p: np.ndarray, sigma: np.ndarray, parts: int, within: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals over the noise [segments, 2 · ticks], and their derivatives [..., rows]."""
+        """Return residuals over the noise [segments, 2 · ticks], and their derivatives [...,
+        rows].
+        """
         with jax.enable_x64(True):
             value, slopes = _predicted(
                 jnp.asarray(p),
@@ -457,7 +461,9 @@ def _checked(
     parts: int,
     gravity: float,
 ) -> pd.DataFrame:
-    """Errors of the prediction over the noise, by hops ahead of the one that gives the state."""
+    """Return the errors of the prediction over the noise, by hops ahead of the one that gives
+    the state.
+    """
     ahead: Sequence[int] = [n for n in AHEAD if n + 1 < len(middles)]
     length = ahead[-1] + 1
     first = middles[:-length]

@@ -35,7 +35,7 @@ class Trot:
         self.phase = self.PHASE_RAD.copy()
 
     def __call__(self, observed: np.ndarray) -> np.ndarray:
-        """Places of the feet, forward and then up [m]."""
+        """Return the places of the feet, forward and then up [m]."""
         self.phase = self.phase + self.OMEGA * self.STEP_S
         up = np.sin(self.phase)
         ahead = -0.2 * np.cos(self.phase)
@@ -46,7 +46,7 @@ class LevelTrot(Trot):
     """Quadruped, load+imu: the same, and a leg is longer where its side is low."""
 
     def __call__(self, observed: np.ndarray) -> np.ndarray:
-        """Places of the feet [m]."""
+        """Return the places of the feet [m]."""
         action = super().__call__(observed)
         side_roll, side_roll_rate = observed[20:24], observed[24:28]
         action[4:] += 0.1 * side_roll + 0.1 * side_roll_rate
@@ -63,7 +63,7 @@ class Go1Trot:
         self.phase = self.PHASE_RAD.copy()
 
     def __call__(self, observed: np.ndarray) -> np.ndarray:
-        """Angles of hip, thigh and calf, leg by leg [rad]."""
+        """Return the angles of hip, thigh and calf, leg by leg [rad]."""
         self.phase = self.phase + self.OMEGA * self.STEP_S
         thigh = 0.9 + 0.2 * np.cos(self.phase)
         calf = -1.8 - 0.35 * np.maximum(0.0, np.sin(self.phase))

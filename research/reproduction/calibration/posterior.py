@@ -29,7 +29,7 @@ class Strictness:
 
 
 def _short(t0_s: float, t1_s: float) -> tuple[float, float]:
-    """Scores of mean transients of these lengths, in an evaluation of 30 and 20 s."""
+    """Return the scores of mean transients of these lengths, in an evaluation of 30 and 20 s."""
     return 1.0 - t0_s / 30.0, 1.0 - t1_s / 20.0
 
 
@@ -168,7 +168,7 @@ def narrowed(coordinates: np.ndarray, posterior: CalibrationPosterior) -> np.nda
 def representative(
     posterior: CalibrationPosterior, coordinates: np.ndarray, count: int, tries: int = 4000
 ) -> np.ndarray:
-    """Different readings that stand for a posterior: their numbers in rising order, [count].
+    """Return different readings that stand for a posterior: their numbers in rising order, [count].
 
     Of many draws by the weights the one whose energy distance to the posterior is least.
 

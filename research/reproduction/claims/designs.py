@@ -32,7 +32,8 @@ def designs(table: StudyTable) -> dict[tuple, StudyTable]:
 
 
 def within_omega(values: np.ndarray, omega_t: np.ndarray) -> np.ndarray:
-    """Values [..., models] less the mean of their models of the same ω_t; NaN where undefined.
+    """Return values [..., models] minus the mean of their models of the same ω_t; NaN where
+    undefined.
 
     Two metrics that differ with ω_t alone go together over all models and within no ω_t.
     """
@@ -46,7 +47,7 @@ def within_omega(values: np.ndarray, omega_t: np.ndarray) -> np.ndarray:
 def correlation_within_omega(
     table: StudyTable, a: str, b: str, *, seed: int = 0, resamples: int = 4000
 ) -> Interval:
-    """Pearson correlation within ω_t of two columns over the rows that define both.
+    """Return the Pearson correlation within ω_t of two columns over the rows that define both.
 
     The interval is a percentile bootstrap over rows. All is NaN for fewer than `MODELS` of them.
     """

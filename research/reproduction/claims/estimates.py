@@ -232,7 +232,7 @@ class _DesignCells:
     def _normalised(
         self, mine: list[tuple[str, str]], reference: list[tuple[str, str]], lowest: bool
     ) -> _Gap:
-        """Differences of means over all models, over the metric's range."""
+        """Return the differences of means over all models, over the metric's range."""
         level = _over([self._all[cell] for cell in mine])
         rows = [self._all[cell] for cell in reference]
         if not rows:
@@ -274,7 +274,9 @@ def _correlation(effect: Correlation, runs: Resampled, count: Count) -> EffectEs
 
 
 def _correlated(a: np.ndarray, b: np.ndarray, omega_t: np.ndarray) -> np.ndarray:
-    """Correlation within ω_t over the models that define both, of each row; NaN of too few."""
+    """Return the correlation within ω_t over the models that define both, of each row; NaN of
+    too few.
+    """
     defined = np.isfinite(a) & np.isfinite(b)
     a, b = (within_omega(np.where(defined, column, np.nan), omega_t) for column in (a, b))
     n = defined.sum(axis=1)
@@ -290,12 +292,12 @@ def _correlated(a: np.ndarray, b: np.ndarray, omega_t: np.ndarray) -> np.ndarray
 
 
 def _stacked(rows: list[np.ndarray], axis: int = 0) -> np.ndarray:
-    """Several [1 + resamples], or [1], as one array."""
+    """Return several [1 + resamples], or [1], as one array."""
     return np.stack(np.broadcast_arrays(*rows), axis=axis)
 
 
 def _over(rows: list[np.ndarray]) -> np.ndarray:
-    """Mean of what is defined, of several [1 + resamples]."""
+    """Return the mean of the defined values of several [1 + resamples]."""
     return mean_defined(_stacked(rows, axis=-1))
 
 

@@ -40,7 +40,8 @@ def read_trainings(path: Path) -> list[Training]:
 
 
 def read_ridges(folder: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Frequencies and the best gain at each, by actuation; NaN where that is at the map's edge.
+    """Read frequencies and the best gain at each, by actuation; NaN where that is at the map's
+    edge.
 
     Raises:
         TegotaeError: if the table cannot be read.
@@ -86,7 +87,7 @@ def _by_actuation(path: Path, columns: tuple[str, ...]) -> dict[str, tuple[np.nd
 def _rows(
     path: Path, columns: Iterable[str], types: Iterable[Callable[[str], object]]
 ) -> list[tuple]:
-    """Some columns of a table, converted."""
+    """Return some columns of a table, converted."""
     columns, types = tuple(columns), tuple(types)
     kind = f"table with rows of {', '.join(columns)}"
     cells = tables.read_csv(path, columns, kind=kind)

@@ -89,7 +89,7 @@ def _of_gaits(effect: OfTrainings, path: Path) -> EffectEstimate:
 
 
 def _of_sizes(path: Path) -> EffectEstimate:
-    """Best fitness of more parameters than the paper could train, minus that of fewer.
+    """Return the best fitness of more parameters than the paper could train, minus that of fewer.
 
     At equal settings, averaged over these. A rollout that failed counts as an untrained one.
     """
@@ -116,7 +116,7 @@ def _of_interval(interval: Interval, size: float) -> EffectEstimate:
 
 
 def _of_ridges(effect: OfGainMap, folder: Path) -> EffectEstimate:
-    """Slope of the ridge's line, or the share of its variance that the line explains."""
+    """Return the slope of the ridge's line, or the share of its variance that the line explains."""
     ridges = read_ridges(folder)
     lines = {name: _line(*ridges[name]) for name in (effect.ours, effect.theirs) if name}
     if effect.measure == "slope":
@@ -135,14 +135,14 @@ def _of_resonances(effect: OfGainMap, folder: Path) -> EffectEstimate:
 
 
 def _of_losses(effect: OfGainMap, folder: Path) -> EffectEstimate:
-    """Mean loss over the frequencies, of both actuations alike."""
+    """Return the mean loss over the frequencies, of both actuations alike."""
     losses = read_losses(folder)
     means = [_drawn(loss).mean(axis=1) for loss in losses.values()]
     return _of_draws(np.mean(means, axis=0), np.nan)
 
 
 def _drawn(values: np.ndarray) -> np.ndarray:
-    """Values as they are, and drawn anew, [1 + resamples, values]; NaN of fewer than three."""
+    """Return values unchanged and resampled, [1 + resamples, values]; NaN for fewer than three."""
     n = len(values)
     if n < 3:
         return np.full((1 + _RESAMPLES, 1), np.nan)

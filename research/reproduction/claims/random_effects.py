@@ -40,7 +40,8 @@ def crossed(differences: np.ndarray) -> tuple[float, float]:
 
 
 def complete(differences: np.ndarray) -> np.ndarray:
-    """Differences without the designs or ω_t that lack numbers, those that lack most first.
+    """Return differences without the designs or ω_t that lack numbers; those that lack most are
+    removed first.
 
     Example:
         >>> complete(np.array([[1.0, np.nan], [2.0, 3.0], [4.0, np.nan]])).tolist()
@@ -55,6 +56,6 @@ def complete(differences: np.ndarray) -> np.ndarray:
 
 
 def _student(values: np.ndarray, variance: float, freedom: float) -> tuple[float, float]:
-    """Interval of the mean of values of a variance."""
+    """Return the interval of the mean of values of a variance."""
     half = stats.t.ppf(0.975, freedom) * np.sqrt(variance / values.size)
     return float(values.mean() - half), float(values.mean() + half)

@@ -102,7 +102,9 @@ class Resampled:
         return drawn
 
     def _drawn(self, name: str, runs: int) -> np.ndarray:
-        """Numbers of a model's runs, [1 + resamples, runs]; the first row has each of them once."""
+        """Return the numbers of a model's runs, [1 + resamples, runs]; the first row has each
+        of them once.
+        """
         if (name, runs) not in self._draws:
             anew = self._random.integers(0, runs, (self._resamples, runs))
             self._draws[name, runs] = np.concatenate([np.arange(runs)[None], anew])

@@ -37,7 +37,7 @@ class MultiverseRun:
     """Start again, and move an existing multiverse to a folder beside this one."""
 
     def run(self) -> None:
-        """Do what is missing."""
+        """Run the missing units."""
         from functools import partial
 
         from research.reproduction import runner

@@ -70,7 +70,7 @@ class StudyRun(ReadingOptions):
     """Start again, and move an existing study to a folder beside this one."""
 
     def run(self) -> None:
-        """Do what is missing."""
+        """Run the missing units."""
         from functools import partial
 
         from research.reproduction import runner

@@ -56,7 +56,7 @@ class Trainings:
             raise TegotaeError("episodes must rise, from above 0 on")
 
     def best(self) -> np.ndarray:
-        """Best fitness so far, shape [points, runs]; a stopped run keeps what it had.
+        """Return the best fitness so far, shape [points, runs]; a stopped run keeps its last value.
 
         NaN until a run has its first rollout that did not fail.
         """
@@ -65,7 +65,8 @@ class Trainings:
 
 
 def convergence_figure(trainings: Mapping[str, Trainings], *, lowest: float = 0.0) -> Figure:
-    """Best fitness so far over simulated episodes, one panel a kind; runs, mean, 95 % interval.
+    """Draw the best fitness so far over simulated episodes, one panel per kind; runs, mean, 95 %
+    interval.
 
     A run's line ends where it stopped, in a dot; the same place is marked along the bottom, in a
     colour that says why. A run that stopped stays in the mean with what it reached, so that the

@@ -190,7 +190,7 @@ def gain_map_tables(
 
 
 def _joined(tables: Mapping[str, Any]) -> pd.DataFrame:
-    """Tables of the same columns below each other, each with its actuation."""
+    """Join tables of the same columns below each other, each with its actuation."""
     frames = {name: pd.DataFrame(table) for name, table in tables.items()}
     return pd.concat(frames, names=["actuation"]).reset_index("actuation")
 

@@ -23,7 +23,7 @@ _COLOURS: dict[str, str] = {
 
 
 def learning_figure(readings: Mapping[str, pd.DataFrame]) -> Figure:
-    """Merit over ω_t in each body, means over runs with their 95 % intervals.
+    """Draw merit over ω_t in each body, means over runs with their 95 % intervals.
 
     Args:
         readings: runs of `research.reproduction.learning.runs.read_runs`, by what the body is
@@ -48,7 +48,9 @@ def learning_figure(readings: Mapping[str, pd.DataFrame]) -> Figure:
 
 
 def _draw(axes: Axes, name: str, rows: pd.DataFrame) -> None:
-    """Means of a kind over ω_t, and their intervals; V's three drives are no sample of runs."""
+    """Draw means of a kind over ω_t, and their intervals; V's three drives are no sample of
+    runs.
+    """
     intervals = [
         (w, interval(x.merit.to_numpy(), within=POSITIVE)) for w, x in rows.groupby("omega_t")
     ]

@@ -45,7 +45,8 @@ _SELECTED = COLOURS[0]
 def overview_figure(
     readings: Sequence[Reading], by_reading: FindingsByReading, omega: str = ALL
 ) -> Figure:
-    """Per claim the share of readings in which it is reproduced, and what goes with that.
+    """Draw, for each claim, the share of readings in which it is reproduced, and the choices
+    correlated with it.
 
     Left: how many readings say what; the line below a bar is the 95 % interval of the share that
     agrees. Right: how each choice correlates with the claim's margin, in numbers

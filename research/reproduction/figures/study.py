@@ -59,7 +59,9 @@ def architectures(table: StudyTable) -> tuple[str, ...]:
 
 
 def frequencies(table: StudyTable) -> tuple[float | None, ...]:
-    """Training frequencies ω_t in a table [rad/s], rising; at last None, of what has none."""
+    """Return the training frequencies ω_t in a table [rad/s], rising; None for rows without one
+    comes last.
+    """
     omegas = np.unique(table["omega_t"])
     defined = [float(omega) for omega in omegas[np.isfinite(omegas)]]
     return (*defined, *([None] if np.isnan(omegas).any() else []))
@@ -68,8 +70,8 @@ def frequencies(table: StudyTable) -> tuple[float | None, ...]:
 def architecture_metrics(
     table: StudyTable,
 ) -> dict[tuple[str, str, str, float | None], Interval]:
-    """Mean and interval per (observation, metric, architecture, ω_t): inputs of the actuation count
-    alike.
+    """Return mean and interval per (observation, metric, architecture, ω_t): inputs of the
+    actuation count alike.
 
     A value of ω_t stands for itself, as a body that can do little at one of them would hide what
     differs at another; the single network has none. Architectures that sense nothing but F_k (V and
@@ -196,7 +198,8 @@ def _colours(omegas: tuple[float | None, ...]) -> list[str]:
 
 
 def _ends(values: Iterable[Interval], limits: Iterable[float]) -> tuple[float, float]:
-    """Lowest and highest of the means, the ends of the intervals, zero and more.
+    """Return a range from the lowest to the highest of the means, the ends of the intervals, zero
+    and more.
 
     They are 0 and 1 if there is nothing but zeros.
     """
@@ -206,7 +209,7 @@ def _ends(values: Iterable[Interval], limits: Iterable[float]) -> tuple[float, f
 
 
 def _ticks(metric: Metric, top: float) -> Locator:
-    """Few round numbers; of a share none beyond 1."""
+    """Return a locator of few round numbers; for a share none beyond 1."""
     if metric.range[1] == 1.0 and top > 0.5:
         return FixedLocator([0.0, 0.5, 1.0])
     return MaxNLocator(3)
@@ -246,7 +249,7 @@ def _bars(
 
 
 def correlations(table: StudyTable) -> np.ndarray:
-    """Pearson correlations of the metrics over all models, shape [metrics, metrics]."""
+    """Return the Pearson correlations of the metrics over all models, shape [metrics, metrics]."""
     models = table.per_model()
     names = [metric.name for metric in table.metrics_shown(FIGURE)]
     return np.array(

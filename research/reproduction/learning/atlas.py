@@ -174,7 +174,9 @@ def atlas_tables(runs: pd.DataFrame) -> str:
 
 
 def _kinds_table(runs: pd.DataFrame) -> list[list[str]]:
-    """Runs of each kind by what their force follows, and the means of those that follow φ alone."""
+    """Return the runs of each kind by the inputs of their force, and the means of those that
+    follow φ alone.
+    """
     drives = DRIVES_OF_FORCE
     lines = [["feedback", *(f"runs on {x}" for x in drives), "merit", "cut", "frozen", "following"]]
     for kind in KINDS[:-1]:
@@ -187,7 +189,7 @@ def _kinds_table(runs: pd.DataFrame) -> list[list[str]]:
 
 
 def _curves_table(runs: pd.DataFrame) -> list[list[str]]:
-    """Shares of the runs that learn a term in which a formula is its curve, by ω_t.
+    """Return the shares of the runs that learn a term in which a formula is its curve, by ω_t.
 
     A reaction counts where no gain moves, which would be part of its curve.
     """

@@ -102,7 +102,8 @@ class CurvesOfRuns:
         """Prepare nothing: the package has all that it needs."""
 
     def measure(self) -> CellResult:
-        """Their curves, [runs] each, and starts of every form, `start_FORM`, [runs, n_weights].
+        """Measure their curves, [runs] each, and starts of every form, `start_FORM`, [runs,
+        n_weights].
 
         Beside an R² stands that of a term before its training, `untrained_NAME`, over what the
         trained run visits.

@@ -65,7 +65,7 @@ def contrast(
     run: str = MEAN_RUN,
     learned: Sequence[str] = LEARNED_FEEDBACK,
 ) -> Contrast:
-    """Learned feedback over V, or over a short law.
+    """Compare learned feedback with V, or with a short law.
 
     Args:
         runs: rows of `research.reproduction.learning.runs.run_rows`.
@@ -124,7 +124,7 @@ def _cells(runs: pd.DataFrame, keys: Sequence[str], outcome: str) -> dict[tuple,
 
 
 def _drawn(draw: np.random.Generator, cell: np.ndarray) -> np.ndarray:
-    """Means of a cell's runs, drawn anew, [`RESAMPLES`]."""
+    """Return resampled means of a cell's runs, [`RESAMPLES`]."""
     return draw.choice(cell, (RESAMPLES, len(cell))).mean(axis=1)
 
 

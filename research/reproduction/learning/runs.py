@@ -107,6 +107,6 @@ def where(runs: pd.DataFrame, mask: pd.Series) -> pd.DataFrame:
 
 
 def concatenate_runs(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
-    """Tables of several records as one, in the order of ω_t, architecture and drive."""
+    """Join tables of several records, in the order of ω_t, architecture and drive."""
     table = pd.concat(list(tables), ignore_index=True)
     return table.sort_values(["omega_t", "architecture", "drive", "model", "run"], kind="stable")

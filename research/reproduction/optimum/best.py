@@ -37,7 +37,7 @@ def optimal_stances() -> dict[float, dict[str, np.ndarray]]:
 def largest_cot_inverse(
     body: Body, omega: float, *, period: int = 1, work: str = "absolute"
 ) -> float:
-    """Largest CoT⁻¹ found for a body at a hop frequency [m/J].
+    """Return the largest CoT⁻¹ found for a body at a hop frequency [m/J].
 
     From the kept table where it holds, by trajectory optimisation elsewhere.
 

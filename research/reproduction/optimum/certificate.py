@@ -174,7 +174,7 @@ def upper_certificates(
     cells: int = 8,
     programs: int = 16,
 ) -> list[Certificate]:
-    """Certificates that bound CoT⁻¹ together, over gaits of period 1: every hop alike.
+    """Return certificates that bound CoT⁻¹ together, over gaits of period 1: every hop alike.
 
     Branch and bound on the lift-off velocity: the range whose bound is largest is halved, until it
     is so narrow, or so near the best gait that is known, that more would not show.
@@ -234,7 +234,9 @@ def _lift_offs(body: Hopper) -> tuple[float, float]:
 
 
 def _knots(body: Hopper, cells: int, speeds: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Knots of V over heights and velocities; zero and the given speeds are among them."""
+    """Return the knots of V over heights and velocities; zero and the given speeds are among
+    them.
+    """
     part = np.linspace(0.0, 1.0, cells + 1) ** _GRADING
     heights = -body.rest_length_m * part[::-1]
     fastest = (1.0 + _OUTWARDS) * most_speed(body)
@@ -264,7 +266,7 @@ def _raised(degree: int, times: int = 1) -> np.ndarray:
 
 
 def _times_line(degree: int, start: float, end: float) -> np.ndarray:
-    """Times the line from `start` to `end`: from degree n to n + 1."""
+    """Multiply by the line from `start` to `end`: from degree n to n + 1."""
     map_ = np.zeros((degree + 2, degree + 1))
     for i in range(degree + 1):
         map_[i, i] += start * comb(degree, i) / comb(degree + 1, i)

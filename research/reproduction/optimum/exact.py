@@ -189,7 +189,8 @@ def _rate(
     price: Fraction,
     price_of_work: Fraction,
 ) -> list[Bernstein]:
-    """Bernstein coefficients of V_x v + V_v a + μ - λ |F v| on a cell, of degree 3 in x and in v.
+    """Return the Bernstein coefficients of V_x v + V_v a + μ - λ |F v| on a cell, of degree 3 in x
+    and in v.
 
     a = push - g - (k/m) x - (c/m) v.
     """
@@ -260,7 +261,7 @@ def _raised(row: Bernstein) -> Bernstein:
 
 
 def _times_line(row: Bernstein, start: Fraction, end: Fraction) -> Bernstein:
-    """Times the line from `start` to `end` over the interval: of degree n + 1."""
+    """Multiply by the line from `start` to `end` over the interval: to degree n + 1."""
     n = len(row)  # the new degree
     product = [Fraction(0)] * (n + 1)
     for i, x in enumerate(row):

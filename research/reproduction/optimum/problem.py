@@ -80,7 +80,8 @@ def check_ballistic(body: Body, omega: float | None = None, work: str = "absolut
 
 
 def flow(body: Hopper, x: Any, v: Any, force_n: Any, time_s: Any) -> tuple[Any, Any]:
-    """Height over touchdown [m] and velocity [m/s] after `time_s` of stance under a held force.
+    """Return height over touchdown [m] and velocity [m/s] after `time_s` of stance under a held
+    force.
 
     The Taylor series of the exact motion, as in `Hopper.advance`: exact to rounding for times of a
     few percent of 1/ω_n. Works on numbers, arrays and symbols alike.
@@ -107,7 +108,7 @@ def flow(body: Hopper, x: Any, v: Any, force_n: Any, time_s: Any) -> tuple[Any, 
 
 
 def climb(body: Hopper, lift_off: Any, log1p: Callable[[Any], Any] = np.log1p) -> Any:
-    """Height that a flight climbs [m]: v²/2g, or (v - g t)/d with damping.
+    """Return the height that a flight climbs [m]: v²/2g, or (v - g t)/d with damping.
 
     Args:
         body: the hopper.
@@ -143,7 +144,9 @@ def flight_mismatch(
 
 
 def most_landing(body: Hopper) -> float:
-    """No flight lands faster than this [m/s]: the terminal velocity g/d; infinite undamped."""
+    """Return a bound of the landing speed [m/s]: the terminal velocity g/d, infinite without
+    damping.
+    """
     damping = body.flight_damping_ns_per_m / body.mass_kg
     return body.gravity_m_per_s2 / damping if damping > 0.0 else math.inf
 
@@ -163,7 +166,7 @@ def least_lift_off(body: Hopper) -> float:
 
 
 def most_lift_off(body: Hopper) -> float:
-    """No lift-off is faster than this [m/s]: full force from a leg of no length, undamped.
+    """Return a bound of the lift-off velocity [m/s]: full force from a leg of no length, undamped.
 
     `½ m v² = (α - m g) l0 + ½ k l0²`.
     """
@@ -173,7 +176,7 @@ def most_lift_off(body: Hopper) -> float:
 
 
 def most_speed(body: Hopper) -> float:
-    """No speed in stance is larger than this [m/s].
+    """Return a bound of the speed in stance [m/s].
 
     Rising, `most_lift_off`. Falling, the spring and gravity add at most ½ m² g²/k of energy.
     """
@@ -184,7 +187,7 @@ def most_speed(body: Hopper) -> float:
 
 
 def small_hop_limit(body: Body, work: str = "absolute") -> float:
-    """Largest CoT⁻¹ of hops so low that spring and damper do not matter [m/J].
+    """Return the largest CoT⁻¹ of hops so low that spring and damper do not matter [m/J].
 
     To stop a fall from v²/2g within the depth d and throw the mass up again takes the kinetic
     energy and `m g d` twice; d is least under full force, `d = v² / (2 (α/m - g))`. So

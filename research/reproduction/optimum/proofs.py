@@ -172,7 +172,7 @@ def _holds_at(certificate: Certificate, omega: float | None) -> bool:
 
 
 def _by_frequency(certificates: list[Certificate]) -> Iterable[list[Certificate]]:
-    """Certificates in groups of one frequency, the highest first."""
+    """Return certificates in groups of one frequency, the highest first."""
 
     def frequency(certificate: Certificate) -> float:
         return -(certificate.omega or 0.0)
@@ -182,7 +182,9 @@ def _by_frequency(certificates: list[Certificate]) -> Iterable[list[Certificate]
 
 
 def _needed(certificates: list[Certificate], one_hop: bool) -> list[Certificate]:
-    """Those to be checked: one that covers all by itself, or all where every hop is alike."""
+    """Return the certificates to be checked: one that covers all, or all where every hop is
+    alike.
+    """
     universal = [
         certificate for certificate in certificates if covers([certificate], Hopper(), None)
     ]
@@ -217,7 +219,7 @@ def rounded_certificate(certificate: Certificate) -> Certificate:
 def prove(
     omegas: Iterable[float], best_known: Iterable[float]
 ) -> tuple[list[Bounds], list[Certificate]]:
-    """Bounds at frequencies, and what proves them.
+    """Prove bounds at frequencies; return them and their certificates.
 
     Args:
         omegas: hop frequencies ω, rising [rad/s].

@@ -297,7 +297,9 @@ class _OptimalControl:
                 self.opti.set_initial(v, sign * depth * rate * np.sin(np.pi * part))
 
     def _stance(self, solution: Any, phases: list[tuple[Any, ...]]) -> tuple[np.ndarray, ...]:
-        """Times, heights, velocities and forces of a stance; the last row is the lift-off."""
+        """Return the times, heights, velocities and forces of a stance; the last row is the
+        lift-off.
+        """
         rows, start, end_v = [], 0.0, 0.0
         for force, duration, wait, before_x, before_v, x, v, _ in phases:
             length = float(solution.value(duration))

@@ -76,7 +76,9 @@ def decisive(candidates: Sequence[Influence]) -> list[Influence]:
 
 
 def _standard_ranks(rows: np.ndarray) -> np.ndarray:
-    """Ranks along each row, ties averaged, of mean zero and length one; zero for constant rows."""
+    """Return the ranks along each row, ties averaged, of mean zero and length one; zero for
+    constant rows.
+    """
     below = (rows[:, None, :] < rows[:, :, None]).sum(axis=2)
     ties = (rows[:, None, :] == rows[:, :, None]).sum(axis=2)
     ranks = below + 0.5 * (ties - 1)

@@ -117,7 +117,7 @@ def designs_table(studies: Mapping[str, Sequence[Finding]]) -> str:
 
 
 def grouped_findings(findings: Sequence[Finding]) -> dict[str, list[Finding]]:
-    """Findings by the headings of `GROUPS`, without those of which there is none."""
+    """Return findings by the headings of `GROUPS`, without empty headings."""
     remaining, by_heading = list(findings), {}
     for heading, belongs in GROUPS.items():
         group = [finding for finding in remaining if belongs(finding)]

@@ -104,7 +104,9 @@ def _gait(record: Record, saved: SavedController) -> tuple[bool, Mapping[str, np
 
 
 def _surface(saved: SavedController, gait: Mapping[str, np.ndarray]) -> JsonObject:
-    """Actuator force over phase (or velocity) and spring force, a little beyond the gait's."""
+    """Return the actuator force over phase (or velocity) and spring force, a little beyond the
+    gait's.
+    """
     body = saved.body
     assert isinstance(body, Hopper)
     largest_n = float(gait["spring_force_n"].max())
@@ -158,7 +160,7 @@ def _short(value: float) -> float | None:
 
 
 def _packed(values: np.ndarray, kind: str) -> JsonObject:
-    """Numbers as steps between the smallest and the largest, which the page unpacks."""
+    """Return numbers as steps between the smallest and the largest, which the page unpacks."""
     values = np.nan_to_num(np.asarray(values, float))
     low, high = float(values.min()), float(values.max())
     steps = np.iinfo(kind).max

@@ -25,7 +25,7 @@ _PNG = b"\x89PNG\r\n\x1a\n"
 
 
 def json_number(value: float) -> float | None:
-    """Six digits of a number; None if it is not finite, which JSON cannot hold."""
+    """Return six digits of a number, or None if it is not finite, which JSON cannot hold."""
     return float(f"{value:.6g}") if math.isfinite(value) else None
 
 

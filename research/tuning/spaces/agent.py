@@ -26,7 +26,9 @@ class SharedSettings(TypedDict):
 
 
 def suggest_shared(trial: BaseTrial, step_s: float = 0.01) -> SharedSettings:
-    """Discount (as a horizon in time), step size, noise, and whether rewards are normalised."""
+    """Suggest discount (as a horizon in time), step size, noise, and whether rewards are
+    normalised.
+    """
     horizon_s = trial.suggest_float("horizon_s", 0.2, 20.0, log=True)
     return {
         "gamma": 1.0 - step_s / horizon_s,
@@ -48,7 +50,9 @@ SHARED_FIRST = {
 def learned(
     settings: AgentSettings, task: TuningTask, experiment: Experiment, seeds: tuple[int, ...]
 ) -> list[float]:
-    """Fitness of each seed's best policy in the budget; that until then, if learning diverges."""
+    """Return the fitness of each seed's best policy in the budget, or its value so far if
+    learning diverges.
+    """
     from tegotae.training.agents.learning import DivergedError, agent_task, learn
 
     training = agent_task(experiment, settings)

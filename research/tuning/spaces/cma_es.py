@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def suggest(trial: BaseTrial) -> CMAES:
-    """Population and first step size: CMA-ES adapts everything else."""
+    """Suggest population and first step size: CMA-ES adapts everything else."""
     return CMAES(population=suggest_population(trial), std=suggest_std(trial))
 
 

@@ -27,14 +27,16 @@ def suggest_population(trial: BaseTrial) -> int:
 
 
 def suggest_std(trial: BaseTrial) -> float:
-    """Initial standard deviation of the weights, themselves of order one."""
+    """Suggest an initial standard deviation of the weights, themselves of order one."""
     return trial.suggest_float("std", 0.02, 1.0, log=True)
 
 
 def evolved(
     settings: Algorithm, task: TuningTask, experiment: Experiment, seeds: tuple[int, ...]
 ) -> list[float]:
-    """Fitness of each seed's best distribution, of as many whole generations as the budget has."""
+    """Return the fitness of each seed's best distribution, of as many whole generations as the
+    budget has.
+    """
     episodes = task.episodes(experiment, minimum=settings.population)
     run = Run(
         experiment=experiment,

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def suggest(trial: BaseTrial) -> SNES:
-    """Population and first deviation: SNES adapts everything else."""
+    """Suggest population and first deviation: SNES adapts everything else."""
     return SNES(population=suggest_population(trial), std=suggest_std(trial))
 
 

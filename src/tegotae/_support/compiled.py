@@ -131,7 +131,7 @@ def key_of(*parts: str) -> str:
 
 
 def stored_code(key: str) -> bytes | None:
-    """Code that was kept under a key; None if there is none, or if it is damaged.
+    """Return the code kept under a key, or None if there is none, or if it is damaged.
 
     Args:
         key: as `key_of` makes it.

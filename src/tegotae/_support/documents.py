@@ -351,7 +351,8 @@ CODE = "sha256"
 
 
 def differing(actual: Json, reference: Json) -> list[str]:
-    """Names of what differs between two documents, such as `fitness.work` or `code of MyTerm`.
+    """Return the names of entries that differ between two documents, such as `fitness.work` or
+    `code of MyTerm`.
 
     Args:
         actual: a document, JSON values.

@@ -104,7 +104,7 @@ def _say(message: str) -> None:
 
 
 def available_cores() -> int:
-    """Cores that this process may use; `TEGOTAE_CORES` asks for fewer or more."""
+    """Return the number of cores that this process may use; `TEGOTAE_CORES` sets fewer or more."""
     setting = os.environ.get(CORES, "")
     return int(setting) if _is_core_count(setting) else _own_cores()
 

@@ -239,7 +239,7 @@ def checksum(text: str, arrays: dict[str, np.ndarray]) -> str:
 
 
 def with_checksum(header: str, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Arrays with a `header`, and a `checksum` over all of it."""
+    """Return arrays with a `header`, and a `checksum` over all of it."""
     noted = checksum(header, dict(arrays))
     return {"header": np.array(header), "checksum": np.array(noted), **arrays}
 

@@ -53,7 +53,8 @@ def require_memory(n_bytes: float, subject: str) -> None:
 
 
 def available_memory() -> float | None:
-    """Memory that this process may still take [bytes]; None where the system does not say.
+    """Return the memory that this process may still take [bytes], or None where the system does not
+    say.
 
     That is the least of what the machine has left, and of what is left of the limits of a container
     (cgroup v2).

@@ -125,7 +125,7 @@ def _beside(tree: ast.Module, path: Path, root: Path) -> Iterator[Path]:
 
 
 def _imported(tree: ast.Module, package: tuple[str, ...]) -> Iterator[str]:
-    """Names of all that may be a module in the import statements of a module in a package."""
+    """Yield the names of all possible modules in the import statements of a module in a package."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)

@@ -140,7 +140,7 @@ def parse_number(text: str) -> float:
 
 
 def parse_numbers(cells: Iterable[str]) -> np.ndarray:
-    """Cells as float64, to the last bit that was written; NaN where empty.
+    """Return cells as float64, exact to the last written bit; NaN where empty.
 
     Raises:
         ValueError: for a cell that is no number.

@@ -16,7 +16,7 @@ from tegotae._support.files import hold, output_folder
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Be the only one at work in a folder; the lock goes with the process, however that ends.
+    """Lock a folder for this process alone; the lock ends with the process, however that ends.
 
     Nothing is written to the lock's file, `.lock`, and a link in its place is not followed.
 
@@ -94,7 +94,7 @@ KINDS = (TRAINING, STUDY, GENERALISATION, GAIT_MAP, GAIT_FRONT)
 
 @contextmanager
 def alone(folder: Path, work: WorkKind, *, restart: bool = False) -> Iterator[None]:
-    """Be the only one at work in a folder, which is made if it is missing.
+    """Lock a folder for this process alone, and make it if it is missing.
 
     Args:
         folder: where.

@@ -68,7 +68,8 @@ class Evaluated:
         return interval(self.merit.mean(axis=1), within=POSITIVE)
 
     def over(self, baseline: Evaluated, share: float = 1.0) -> Interval:
-        """Difference to a share of a baseline's merit, release by release, with its interval.
+        """Return the difference to a share of a baseline's merit, release by release, with its
+        interval.
 
         Args:
             baseline: evaluated from the same releases.
@@ -141,7 +142,7 @@ class ReleasedController(ABC):
         return self.release._replace(omega=np.tile(np.nan_to_num(self.omega), releases), **entries)
 
     def lanes(self, weights: np.ndarray) -> np.ndarray:
-        """Weights of every lane, of those of a controller, [n] or [frequencies, n]."""
+        """Return the weights of every lane, from those of a controller, [n] or [frequencies, n]."""
         of_lanes = np.broadcast_to(weights, (*self.shape, np.shape(weights)[-1]))
         return of_lanes.reshape(-1, of_lanes.shape[-1])
 
@@ -155,7 +156,8 @@ class ReleasedController(ABC):
         """
 
     def recorded(self) -> dict[str, np.ndarray]:
-        """Second halves of the whole controller's episodes, [frames, limbs, releases, frequencies].
+        """Return the second halves of the whole controller's episodes, [frames, limbs, releases,
+        frequencies].
 
         Beside its channels there is `rate_rad_per_s`, the mean of φ̇ over a frame. Its turns are
         counted tick by tick: in a frame a fast phase passes more than half a turn.
@@ -242,8 +244,9 @@ class ReleasedWalker(ReleasedController):
 
 
 def without_feedback(released: ReleasedController, feedback: np.ndarray) -> dict[str, Evaluated]:
-    """Return the metrics without feedback and with its mean over the gait; {} for a controller
-    without any.
+    """Evaluate a controller with its feedback cut, and frozen at its mean over the gait.
+
+    The result is {} for a controller without feedback.
 
     Args:
         released: from which releases.

@@ -183,7 +183,8 @@ def as_maps(outcome: Outcome, rows: np.ndarray, columns: np.ndarray) -> Outcome:
 
 
 def locking_ratios(outcome: Outcome) -> np.ndarray:
-    """Turns of the oscillator per hop as fractions p/q in lowest terms; None without limit cycle.
+    """Return the turns of the oscillator per hop as fractions p/q in lowest terms, or None without
+    limit cycle.
 
     On a limit cycle of k hops the oscillator makes a whole number of turns, so that p/q is exact:
     the nearest fraction with denominator k.

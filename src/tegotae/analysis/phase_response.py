@@ -107,7 +107,9 @@ def check_pushes(push_ns: np.ndarray, body: Hopper, points: int, cycles: int) ->
 
 
 def _distance(table, lanes, rows, other_lanes, other_rows, k) -> np.ndarray:
-    """Largest distance of the last k hops from their counterparts, over what counts as settled."""
+    """Return the largest distance of the last k hops from their counterparts, in units of the
+    settling tolerance.
+    """
     back, near = np.arange(k)[:, None], LimitCycle()
     position = np.maximum(rows - back, 0), lanes
     other_position = np.maximum(other_rows - back, 0), other_lanes

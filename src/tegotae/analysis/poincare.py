@@ -92,7 +92,7 @@ def poincare_section(
     turns: int = 40,
     tick_s: float = 1e-4,
 ) -> Poincare:
-    """Floquet multipliers of a limit cycle, and the decay that is observed beside them.
+    """Return the Floquet multipliers of a limit cycle, and the decay that is observed beside them.
 
     The fixed point is refined by Newton's method, and the Jacobian is taken by central differences,
 

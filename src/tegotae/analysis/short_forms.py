@@ -174,7 +174,7 @@ def shortest(tried: Sequence[TriedForm], share: float) -> TriedForm | None:
 def retuned(
     experiment: Experiment, starts: np.ndarray, generations: int, seeds: Sequence[int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers that PGPE finds from some on, and their training fitness.
+    """Return the numbers that PGPE finds from given ones, and their training fitness.
 
     A formula has few numbers, of any size: the steps are larger than those of a network's weights.
 
@@ -236,7 +236,7 @@ def starting_forms(
 
 
 def _numbers(controller: Controller, v: Visits) -> np.ndarray:
-    """Numbers of a unit's form: its action, reaction and gain, and of one leg its push.
+    """Return the numbers of a unit's form: its action, reaction and gain, and for one leg its push.
 
     Where its sector is free, phases are counted from the place of the action on.
     """
@@ -272,7 +272,7 @@ def _has(controller: Controller, kind: type[Term]) -> bool:
 
 
 def _reaction(term: Term, v: Visits, size: float) -> list[float]:
-    """Numbers of a reaction, and the gain, of an action of some size."""
+    """Return the numbers of a reaction, and the gain, for an action of some size."""
     fits = reaction_fits(v)
     if isinstance(term, VanillaReaction):
         newtons = v.spring_force_n.max() / max(v.load.max(), 1e-9)

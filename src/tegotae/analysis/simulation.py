@@ -71,7 +71,9 @@ class Result:
         )
 
     def _efficiency(self) -> JsonObject:
-        """Climbs and work over the whole hops that count, as in training; null with the reason."""
+        """Return climbs and work over the whole hops that count, as in training; null with the
+        reason.
+        """
         t, timing = self.trajectory, self.timing
         first = min(round(self.measure_from_s / timing.frame_s), timing.n_frames - 1)
         hops = whole_hops(t.apex_height_m[first:], t.ground_m[first:], self.body.rest_length_m)

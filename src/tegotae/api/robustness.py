@@ -94,7 +94,7 @@ class Robustness(Table):
         return pd.DataFrame(rows, columns=["controller", "measure", *run.Margin._fields])
 
     def tables(self) -> dict[str, pd.DataFrame]:
-        """Margins by each measure, curves, and what was left out."""
+        """Return the margins by each measure, the curves, and the excluded runs."""
         curves = {tested.name: run.retention_curve(outcome) for tested, outcome in self.outcomes}
         left_out = [
             (tested.name, condition, reason)
@@ -147,6 +147,6 @@ def robustness(controllers: Sequence[LoadedController], options: Any) -> Robustn
 
 
 def _matches(name: str, pattern: str) -> bool:
-    """True if a name matches, or its model without the difference of its training."""
+    """Return whether a name matches, or its model without the variant of its training."""
     model = name.partition(" (")[0]
     return any(fnmatch.fnmatchcase(candidate, pattern) for candidate in (name, model))

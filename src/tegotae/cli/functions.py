@@ -150,12 +150,14 @@ class FunctionCall:
         return self.prog.partition(" ")[2]
 
     def _shared(self) -> dict[str, Option]:
-        """Options of every subject: how it is loaded, and the output."""
+        """Return the options of every subject: those that load it, and the output."""
         loading = {"body": _BODY} if self.is_about_controllers else {}
         return {**loading, **output_options(self.function, self.facts)}
 
     def _common(self) -> dict[str, Option]:
-        """Options that every kind of subject has, and those that decide which others it has."""
+        """Return the options of every kind of subject, and those that decide which others it
+        has.
+        """
         deciding = inspect.signature(self.facts.defaults).parameters if self.facts.defaults else ()
         loading = {
             name: option
@@ -228,7 +230,9 @@ class _Bound:
 
 
 def _nested(paths: Mapping[str, Any]) -> dict[str, Any]:
-    """Values by parameter: of a nested one its changes by field, and its name if it is given."""
+    """Return values by parameter; a nested one has its changes by field, and its name if there
+    is one.
+    """
     values: dict[str, Any] = {}
     for path, value in paths.items():
         name, dot, field = path.partition(".")

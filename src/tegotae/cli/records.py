@@ -96,6 +96,6 @@ def _several(kind: type) -> list[str]:
 
 
 def _marked(kind: type, mark: str) -> list[str]:
-    """Names of the fields with a mark."""
+    """Return the names of the fields with a mark."""
     hints = get_type_hints(kind, include_extras=True)
     return [name for name, hint in hints.items() if mark in getattr(hint, "__metadata__", ())]

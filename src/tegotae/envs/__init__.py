@@ -77,7 +77,7 @@ __all__ = [
 def make_sb3(
     name: str, num_envs: int = 1, *, render_mode: str | None = None, **settings: object
 ) -> HopperVecEnv:
-    """Many hoppers as a Stable-Baselines3 `VecEnv`.
+    """Return many hoppers as a Stable-Baselines3 `VecEnv`.
 
     Args:
         name: `tegotae/Hopper-v0` or `tegotae/TegotaeHopper-v0`.

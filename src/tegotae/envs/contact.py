@@ -15,7 +15,7 @@ from tegotae.envs.scaling import foot_of
 
 
 def observation_names(env: AnyEnv) -> tuple[str, ...]:
-    """Names of the observation's entries, in the order of `flat_observation`.
+    """Return the names of the observation's entries, in the order of `flat_observation`.
 
     Taken from the first that there is: an attribute `observation_names` of the environment or one
     of its wrappers; the keys of a dictionary space (`key`, or `key[i]` where it has several
@@ -44,8 +44,8 @@ def observation_names(env: AnyEnv) -> tuple[str, ...]:
 
 
 def action_names(env: AnyEnv) -> tuple[str, ...]:
-    """Names of the action's entries: an attribute `action_names`, a MuJoCo model's actuators, or
-    `action[i]`.
+    """Return the names of the action's entries: an attribute `action_names`, a MuJoCo model's
+    actuators, or `action[i]`.
 
     Raises:
         TegotaeError: for a space that is no one-dimensional Box.
@@ -96,7 +96,7 @@ def space_of(env: AnyEnv, role: str) -> AnySpace:
 
 
 def _sizes(role: str, space: AnySpace) -> Sequence[tuple[str, int]]:
-    """Key and number of entries of each part of a space."""
+    """Return the key and number of entries of each part of a space."""
     parts = dict(space.spaces) if isinstance(space, Dict) else {"": space}
     sizes = []
     for key, part in parts.items():
@@ -117,7 +117,7 @@ def _numbered(name: str, size: int, alone: str | None = None) -> tuple[str, ...]
 
 
 def _mujoco_observation_names(env: AnyEnv) -> tuple[str, ...] | None:
-    """Names by joint, for Gymnasium's MuJoCo environments, which name their parts."""
+    """Return the names by joint, for Gymnasium's MuJoCo environments, which name their parts."""
     model = getattr(env.unwrapped, "model", None)
     structure = getattr(env.unwrapped, "observation_structure", None)
     if model is None or structure is None:

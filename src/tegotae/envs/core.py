@@ -52,7 +52,7 @@ class Apexes(NamedTuple):
 
     @classmethod
     def none(cls, like: jax.Array) -> Apexes:
-        """Before any, of the shape of an array."""
+        """Return the record before any apex, of the shape of an array."""
         zeros = jnp.zeros((2, *like.shape), like.dtype)
         count = jnp.zeros(like.shape, jnp.int32)
         return cls(count, zeros, zeros, zeros, jnp.full_like(like, -jnp.inf))
@@ -351,7 +351,7 @@ _compiled = partial(jax.jit, static_argnums=0)
 def _start(
     program: _CompiledSettings, numbers: _Numbers, scenario: Scenario
 ) -> tuple[Episodes, jax.Array]:
-    """New episodes in every lane."""
+    """Start new episodes in every lane."""
     body = numbers.body
     scenario = jax.tree.map(jnp.asarray, scenario)
     zero = jnp.zeros_like(scenario.omega)
@@ -375,7 +375,7 @@ def _restart(
     episodes: Episodes,
     where: jax.Array,
 ) -> tuple[Episodes, jax.Array]:
-    """New episodes in the lanes of a mask."""
+    """Start new episodes in the lanes of a mask."""
     fresh, _ = _start(program, numbers, scenario)
     merged = jax.tree.map(lambda new, old: jnp.where(where, new, old), fresh, episodes)
     return merged, _report(program, numbers, merged, jnp.zeros_like(merged.lane.force_n))

@@ -157,7 +157,7 @@ class EnvSpec:
 
 
 def settings_of(texts: Iterable[str]) -> dict[str, Json]:
-    """Settings of an environment as words give them, NAME=VALUE each.
+    """Return the settings of an environment from texts NAME=VALUE.
 
     Raises:
         TegotaeError: for a text that is none, or a name twice.

@@ -409,7 +409,9 @@ def _stable_baselines(path: Path) -> tuple[Answers, int]:
 
 
 def _settings(path: Path, saved: dict[str, Any]) -> dict[str, Any]:
-    """Settings of a policy: plain values, and the activation by its name; not its optimiser."""
+    """Return the settings of a policy: plain values, and the activation by its name; not its
+    optimiser.
+    """
     from torch import nn
 
     settings = {

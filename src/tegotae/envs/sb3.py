@@ -47,7 +47,9 @@ class LaneVecEnv(VecEnv):
     def env_is_wrapped(
         self, wrapper_class: type[gymnasium.Wrapper], indices: int | Iterable[int] | None = None
     ) -> list[bool]:
-        """False for each lane asked for, but true of `Monitor`, whose record is kept here."""
+        """Return False for each requested lane, but True for `Monitor`, whose record is kept
+        here.
+        """
         return [wrapper_class is Monitor for _ in self._get_indices(indices)]
 
 
@@ -124,7 +126,7 @@ class HopperVecEnv(LaneVecEnv):
         return self._last.observation, step.reward, ended, infos
 
     def close(self) -> None:
-        """Nothing is held open."""
+        """Do nothing, since nothing is open."""
 
     def get_images(self) -> Sequence[np.ndarray | None]:
         """Return a frame for each hopper."""
@@ -132,7 +134,7 @@ class HopperVecEnv(LaneVecEnv):
 
 
 def _columns(options: list[Info]) -> Mapping[str, ArrayLike]:
-    """Options by lane, as SB3 keeps them, by name."""
+    """Return options by lane, as SB3 keeps them, by name."""
     names = {name for lane in options for name in lane}
     for name in names:
         if any(name not in lane for lane in options):

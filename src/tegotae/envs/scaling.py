@@ -117,12 +117,12 @@ def units_of(body: Body) -> Units:
 
 
 def gravity_m_per_s2(model: MjModel) -> float:
-    """Magnitude of gravity [m/s²]."""
+    """Return the magnitude of gravity [m/s²]."""
     return float(np.linalg.norm(model.opt.gravity))
 
 
 def weight_n(model: MjModel) -> float:
-    """Weight of all bodies [N].
+    """Return the weight of all bodies [N].
 
     Raises:
         TegotaeError: without gravity or masses.
@@ -200,7 +200,7 @@ def started(model: MjModel) -> MjData:
 
 
 def centre_height_m(model: MjModel, data: MjData) -> float:
-    """Height of the centre of mass of all bodies [m]."""
+    """Return the height of the centre of mass of all bodies [m]."""
     return float(np.average(data.xipos[1:, 2], weights=model.body_mass[1:]))
 
 

@@ -299,7 +299,7 @@ observation[2]"]
 
 
 def _run(env: AnyEnv, wiring: Wiring, steps: int, seed: int) -> list[str]:
-    """Random actions, to see whether the contact forces look like such."""
+    """Take random actions, to see whether the contact forces look plausible."""
     names = list(wiring.observation_names or observation_names(env))
     contacts = [limb.senses.get("spring_force") for limb in wiring.limbs]
     env.action_space.seed(seed)

@@ -272,7 +272,7 @@ def misnamed_scales(scales: Mapping[str, float], signals: Sequence[str]) -> list
 
 
 def read_by(controller: Controller) -> list[str]:
-    """Signals that a controller's terms read, and that an environment must provide.
+    """Return the signals that a controller's terms read, and that an environment must provide.
 
     Example:
         >>> from tegotae.systems.recipe import recipe
@@ -417,7 +417,7 @@ def _controller(name: str, folder: Path) -> SavedController:
 
 
 def packaged() -> list[str]:
-    """Names of the wirings that come with the package, for its MuJoCo models."""
+    """Return the names of the wirings that come with the package, for its MuJoCo models."""
     return sorted(file.stem for file in _PACKAGED.glob("*.toml"))
 
 

@@ -75,7 +75,7 @@ class Pilot:
         """Force as a share of α over the last step, [limbs, lanes]; 0 for commanded places."""
 
     def restart(self, where: np.ndarray, omega: np.ndarray) -> None:
-        """New episodes of some lanes alone, whose oscillators begin again.
+        """Start new episodes of some lanes, whose oscillators begin again.
 
         Args:
             where: which lanes, [lanes].
@@ -229,7 +229,7 @@ class TegotaeWrapper(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
         return observation, reward, terminated, truncated, info
 
     def _outward(self, observation: Any, info: Info) -> tuple[Any, Info]:
-        """Observation and info with the oscillators' part."""
+        """Return observation and info with the oscillators' part."""
         phase = self._pilot.phase[:, 0]
         entries = np.concatenate([np.sin(phase), np.cos(phase)])
         if isinstance(self.env.observation_space, Dict):

@@ -272,7 +272,7 @@ def film_animation(replay: Replay) -> Animation:
 
 
 def film(replay: Replay) -> list[np.ndarray]:
-    """Pictures of an episode, `FRAMES_PER_S` a second, uint8 [rows, columns, 3] each.
+    """Return pictures of an episode, `FRAMES_PER_S` per second, uint8 [rows, columns, 3] each.
 
     Raises:
         TegotaeError: where nothing can be drawn.
@@ -365,7 +365,7 @@ def model_camera(model: MjModel, distance_m: float) -> Iterator[Callable[[MjData
 
 
 def _mark_ground(mujoco: Any, scene: Any, data: MjData, distance_m: float) -> None:
-    """Stripes across the ground, by which one sees the body go."""
+    """Draw stripes across the ground that show the motion of the body."""
     gap = distance_m / 10.0
     first = round(float(data.xpos[1][0]) / gap)
     for i in range(first - 12, first + 13):

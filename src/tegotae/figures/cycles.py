@@ -38,7 +38,9 @@ def phase_axis(axes: Axes, label: str = "phase φ [rad]") -> None:
 
 
 def phase_ticks(axis: Axis) -> None:
-    """Ticks of an axis that shows a part of a turn [rad]: fractions of π, three at least."""
+    """Set the ticks of an axis that shows a part of a turn [rad]: fractions of π, three at
+    least.
+    """
     low, high = axis.get_view_interval()
     parts = next((n for n in (1, 2, 4, 8, 16) if (high - low) * n >= 3.0 * np.pi), 32)
     axis.set_major_locator(MultipleLocator(np.pi / parts))
@@ -58,7 +60,7 @@ def _fraction_of_pi(angle_rad: float) -> str:
 
 
 def broken(phase: np.ndarray, turn: float = 2.0 * np.pi) -> np.ndarray:
-    """Phases [frames, ...] with a gap where they wrap, so that no line crosses the panel.
+    """Return phases [frames, ...] with a gap where they wrap, so that no line crosses the panel.
 
     Args:
         phase: of any unit.
@@ -157,7 +159,9 @@ def draw_path(axes: Axes, x: np.ndarray, spring_force_n: np.ndarray) -> None:
 
 
 def _draw_cycle(axes: Axes, orbit: Orbit, with_phase: bool, max_force_n: float) -> None:
-    """Actuator force, and feedback (or, without phase, spring force), along the limit cycle."""
+    """Draw actuator force, and feedback (or, without phase, spring force), along the limit
+    cycle.
+    """
     twin = axes.twinx()
     twin.spines["right"].set_visible(True)
     x = broken(orbit.phase_rad) if with_phase else orbit.time_s
@@ -185,7 +189,8 @@ _LATE = 0.75
 
 @styled()
 def portrait_figure(paths: Trajectory, *, rest_length_m: float, note: str = "") -> Figure:
-    """Velocity over height, and spring force over phase, or over velocity without an oscillator.
+    """Draw velocity over height, and spring force over phase, or over velocity without an
+    oscillator.
 
     Thin lines lead from the releases, the squares; the last quarter of the time is thick and black.
     A cross is where a leg has no length left.
@@ -247,7 +252,7 @@ def portrait_table(paths: Trajectory) -> pd.DataFrame:
 
 @styled()
 def poincare_figure(section: Poincare, transient: np.ndarray, note: str = "") -> Figure:
-    """Apexes after the release; decay of a nudge; multipliers in the complex plane.
+    """Draw apexes after the release; decay of a nudge; multipliers in the complex plane.
 
     Args:
         section: the fixed point and its multipliers.
@@ -282,7 +287,7 @@ def poincare_figure(section: Poincare, transient: np.ndarray, note: str = "") ->
 
 
 def _draw_apexes(axes: Axes, section: Poincare, transient: np.ndarray) -> None:
-    """Heights over phases; without phases, over the heights before."""
+    """Draw heights over phases or, without phases, over the heights before."""
     star = section.fixed_point
     if len(star) > 1:
         x, y = transient[:, 1], transient[:, 0]

@@ -129,7 +129,7 @@ def _force(figure: Figure, axes: Axes, surface: Surface, v: Visits) -> None:
 
 
 def _rates(axes: Axes, evaluated: Mapping[str, Evaluated]) -> None:
-    """Hops or turns a second over the commanded frequency; the command as a thin line."""
+    """Draw hops or turns per second over the commanded frequency; the command as a thin line."""
     complete = evaluated["whole"]
     axes.set_ylabel("rate [rad/s]")
     if np.isnan(complete.omega).all():

@@ -120,7 +120,9 @@ def _draw_mean(panel: Axes, mean: pd.DataFrame, **look) -> None:
 
 
 def _draw_episodes(panel: Axes, mean: pd.DataFrame, *, labelled: bool) -> None:
-    """Episodes along the top: they are of one length, so the two scales differ by a factor."""
+    """Set an axis of episodes along the top; they are of one length, so the two scales differ
+    by a factor.
+    """
     last = mean.iloc[-1]
     if last["simulated_s"] > 0.0:
         per_s = last["episode"] / last["simulated_s"]
@@ -143,7 +145,7 @@ def algorithms_tables(curves: pd.DataFrame) -> dict[str, Table]:
 
 
 def algorithms_compared(curves: pd.DataFrame) -> pd.DataFrame:
-    """Late in training: each algorithm, and how far PGPE is above it on the same model."""
+    """Return, for late training, each algorithm, and how far PGPE is above it on the same model."""
     quantity = "CoT⁻¹" if measure_of(curves) == COT else "fitness"
     runs_of, rows = groups(curves), []
     for (model, algorithm), runs in sorted(runs_of.items(), key=lambda group: group[0]):
@@ -175,7 +177,9 @@ def _range(curves: pd.DataFrame) -> tuple[float, float]:
 
 
 def _mean(runs: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """Mean over runs with its interval, at the points that all have; a single run has none."""
+    """Return the mean over runs with its interval, at the points that all have; a single run
+    has none.
+    """
     episode, simulated_s, values = shared(runs)
     means = [interval(row, within=_range(runs[0])) for row in values]
     rows = [(mean.mean, mean.low, mean.high) for mean in means]

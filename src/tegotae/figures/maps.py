@@ -61,7 +61,7 @@ def draw_regimes(axes: Axes, x: np.ndarray, y: np.ndarray, regime: AnyArray) -> 
 
 
 def _draw_steps(axes: Axes, x: np.ndarray, y: np.ndarray, step: AnyArray, colours: Any) -> None:
-    """Colour the cells by whole numbers from 0 on; those below stay as they are."""
+    """Colour the cells by whole numbers from 0 on; those below remain unchanged."""
     cells = np.ma.masked_where(step < 0, step)
     limits = {"vmin": -0.5, "vmax": len(colours) - 0.5, "cmap": ListedColormap(colours)}
     axes.pcolormesh(x, y, cells, rasterized=True, **limits)
@@ -70,7 +70,7 @@ def _draw_steps(axes: Axes, x: np.ndarray, y: np.ndarray, step: AnyArray, colour
 def _draw_categories(
     axes: Axes, x: np.ndarray, y: np.ndarray, category: np.ndarray, labels: Sequence[str]
 ) -> list[Patch]:
-    """Colour the cells by category, in steps of lightness; returns the legend's handles.
+    """Colour the cells by category, in steps of lightness, and return the legend's handles.
 
     Args:
         category: indices into the labels, or -1 for none, shape [rows, columns].
@@ -89,7 +89,7 @@ def _draw_categories(
 
 
 def regime_legend(figure: Figure, present: AnyArray, *artists: Artist, **options: Any) -> None:
-    """Say below the panels what the colours without a value mean.
+    """Explain the colours without a value below the panels.
 
     Args:
         present: regimes that occur.
@@ -144,7 +144,8 @@ _RATIOS = tuple(Fraction(*ratio) for ratio in ((1, 1), (2, 1), (1, 2), (3, 2), (
 
 @styled()
 def phase_locking_figure(sweep: GainSweep, cut_sigma: float, note: str = "") -> Figure:
-    """Turns of the oscillator per hop over frequency and gain; below, both rates along a cut.
+    """Draw the turns of the oscillator per hop over frequency and gain; below, both rates along a
+    cut.
 
     Args:
         sweep: outcomes over gain and frequency.
@@ -197,7 +198,7 @@ def phase_locking_table(sweep: GainSweep) -> pd.DataFrame:
 
 @styled()
 def vanilla_sweep_figure(sweep: VanillaSweep, *, fitness: str = "fitness") -> Figure:
-    """Fitness over ω and σ; dots mark the best gain of each frequency, black what failed.
+    """Draw fitness over ω and σ; dots mark the best gain of each frequency, black failures.
 
     Args:
         sweep: what was swept.

@@ -22,7 +22,7 @@ _SHOWN = 0.01
 
 @styled()
 def recording_figure(measured: Measured, *, rest_length_m: float, note: str = "") -> Figure:
-    """Height and phase over time; below, the portrait (y, ẏ), the apexes, and the spectrum.
+    """Draw height and phase over time; below, the portrait (y, ẏ), the apexes, and the spectrum.
 
     The settled part is blue; a gait that does not settle has none. Without a phase the apexes are
     shown as a return map, each over the one before.

@@ -131,7 +131,7 @@ Table = pd.DataFrame | Mapping[str, ArrayLike]
 def long_table(
     rows: tuple[str, np.ndarray], columns: tuple[str, np.ndarray], maps: Mapping[str, AnyArray]
 ) -> pd.DataFrame:
-    """Maps over two axes as a table with one row per cell.
+    """Return maps over two axes as a table with one row per cell.
 
     Args:
         rows: name and values of the first axis.

@@ -136,7 +136,7 @@ _FIELDS: dict[str, tuple[Callable[[Any], bool], str]] = {
 
 @cache
 def _recordings() -> dict[str, np.ndarray]:
-    """Recordings of six bodies that bounce, ever lower in some: channels [frames, lanes]."""
+    """Return recordings of six bodies that bounce, ever lower in some: channels [frames, lanes]."""
     time_s = np.arange(0.0, (_FRAMES + 2) * _FRAME_S, 0.005)
     lanes = []
     for i, omega in enumerate(_OMEGA):
@@ -307,7 +307,7 @@ def _robot_episodes() -> list[RobotEpisode]:
 
 
 def _clamped_episodes() -> ClampedEpisodes:
-    """Episodes of which more settle the higher the lane; the last lane has failed."""
+    """Return episodes of which more settle the higher the lane; the last lane has failed."""
     lanes, phases = probing.LANES, 4
     settles = np.arange(lanes)[:, None] > np.arange(phases)
     period, time_s = np.where(settles, 1.0, np.nan), np.where(settles, 3.0, np.nan)
@@ -318,7 +318,7 @@ def _clamped_episodes() -> ClampedEpisodes:
 
 
 def _values_of(name: str, seed: int) -> np.ndarray:
-    """Values that a metric may have, [lanes]."""
+    """Return the values that a metric may have, [lanes]."""
     if name == REGIME:
         return np.arange(probing.LANES) % 4
     low, high = np.clip(HOPPING.find(name).range, -10.0, 10.0)

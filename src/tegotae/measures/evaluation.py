@@ -137,7 +137,9 @@ class Evaluation:
         return {name: mean_defined(values) for name, values in self.episodes.items()}
 
     def summary(self) -> dict[str, Interval]:
-        """Mean over runs of each metric, with its spread and 95 % interval within its range."""
+        """Return the mean over runs of each metric, with its spread and 95 % interval within
+        its range.
+        """
         ranges = {name: HOPPING.range_of(name) for name in self.episodes}
         return {name: interval(x, within=ranges[name]) for name, x in self.runs().items()}
 
@@ -290,7 +292,9 @@ class EvaluatedEpisodes:
     integrator: Integrator = CONTINUOUS
 
     def rolled_out(self, duration_s: float, summary: Summary, **changed: ArrayLike) -> Any:
-        """Episodes of a duration [s], with entries of the scenario that are otherwise."""
+        """Simulate episodes of a duration [s], with other values for some entries of the
+        scenario.
+        """
         timing = Timing(duration_s=duration_s, tick_s=self.protocol.tick_s)
         rollout = Rollout(
             controller=self.controller, timing=timing, summary=summary, integrator=self.integrator
@@ -307,7 +311,8 @@ class EvaluatedEpisodes:
     def disturbed(
         self, channels: tuple[str, ...] | None = None
     ) -> tuple[Trajectory, np.ndarray | None]:
-        """Episodes in which the ground drops at the first apex of a hop after the undisturbed time.
+        """Simulate episodes in which the ground drops at the first apex of a hop after the
+        undisturbed time.
 
         Where that apex lies is known only from a rollout, so each episode is rolled out twice:
         without the drop, and with it.
@@ -329,7 +334,9 @@ class EvaluatedEpisodes:
         return self.rolled_out(duration_s, KeptChannels(channels), **dropped), apex_s
 
     def clamped(self) -> ClampedEpisodes:
-        """Undisturbed episodes with the oscillator clamped to each of the protocol's phases."""
+        """Simulate undisturbed episodes with the oscillator clamped to each of the protocol's
+        phases.
+        """
         assert self.controller.oscillator is not None
         n = self.protocol.clamped_phases
         phases, scenario = 2.0 * np.pi * np.arange(n) / n, self.scenario
@@ -353,7 +360,8 @@ class EvaluatedEpisodes:
     def measured(
         self, metrics: Sequence[GaitMetric], recorded: Sequence[str]
     ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-        """Metrics of every lane's recording, [lanes] each by name, and the regime; some channels.
+        """Measure every lane's recording: metrics, [lanes] each by name, and the regime; some
+        channels.
 
         The channels are those of the undisturbed part, [frames, lanes]. Where a metric is about it,
         the ground drops at the first apex after that.
@@ -387,7 +395,9 @@ class EvaluatedEpisodes:
         return values, {name: getattr(trajectory, name)[undisturbed] for name in recorded}
 
     def clamped_metrics(self, metrics: Sequence[ClampedMetric]) -> dict[str, np.ndarray]:
-        """Metrics of rollouts with a clamped phase, [lanes] each by name; undefined without one."""
+        """Measure rollouts with a clamped phase, [lanes] each by name; undefined without an
+        oscillator.
+        """
         if self.controller.oscillator is None:
             return {metric.name: np.full(len(self.weights), np.nan) for metric in metrics}
         episodes = self.clamped()

@@ -178,7 +178,7 @@ def _names(head: list[_Row], width: int, units: Collection[str]) -> list[str]:
 
 
 def _with_points(body: list[_Row]) -> list[_Row]:
-    """Rows with decimal points in place of commas; ValueError where both are in use."""
+    """Return the rows with decimal points in place of commas; ValueError where both are in use."""
     commas = next((row for row in body if any(map(_COMMA.fullmatch, row.cells))), None)
     if commas is None:
         return body

@@ -85,7 +85,7 @@ class Metric:
         return f"{self.label} [{self.unit}]" if self.unit else self.label
 
     def __reduce_ex__(self, protocol: SupportsIndex) -> str | tuple[object, ...]:
-        """Pickle it by its place, as functions are: its own function may be a lambda."""
+        """Pickle it by its place, as functions are; its own function may be a lambda."""
         place = _place_of(self)
         return super().__reduce_ex__(protocol) if place is None else (_imported, place)
 

@@ -192,7 +192,7 @@ def _check_leaps(height: np.ndarray, time_s: np.ndarray, rows: np.ndarray) -> No
 
 
 def _runs(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First samples of the runs of one value, and how long each is."""
+    """Return the first samples of the runs of one value, and the length of each."""
     edges = np.flatnonzero(np.concatenate([[True], np.diff(values) != 0.0, [True]]))
     return edges[:-1], np.diff(edges)
 

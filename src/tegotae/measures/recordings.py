@@ -421,7 +421,9 @@ def _scale_of(quantity: str, column: Collection[object], unit: str) -> float | N
 def _sources(
     columns: Mapping[str, Collection[object]], assignments: Sequence[str]
 ) -> dict[str, _Source]:
-    """Column and unit of every quantity: as named, or else by the columns' own names."""
+    """Return column and unit of every quantity: the assigned ones, or else those of the
+    columns' own names.
+    """
     sources: dict[str, _Source] = {}
     for words in assignments:
         quantity, source = _assignment(columns, words)

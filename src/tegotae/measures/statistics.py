@@ -83,7 +83,7 @@ class Interval:
 
 
 def interval(values: ArrayLike, *, within: Range = UNBOUNDED) -> Interval:
-    """Mean of independent values, such as one per seed, and its 95 % interval.
+    """Return the mean of independent values, such as one per seed, and its 95 % interval.
 
     That is the percentile bootstrap's, or Student's t for fewer than `FEW` values. The same values
     give the same interval.
@@ -126,7 +126,8 @@ def interval(values: ArrayLike, *, within: Range = UNBOUNDED) -> Interval:
 def paired_difference(
     values: ArrayLike, baseline: ArrayLike, *, within: Range = UNBOUNDED
 ) -> Interval:
-    """Mean of `values - baseline`, pair by pair (such as the same seed), and its interval.
+    """Return the mean of `values - baseline`, pair by pair (such as the same seed), and its
+    interval.
 
     A pair with an undefined member is undefined.
 
@@ -159,7 +160,7 @@ def difference(
     single_is_exact: bool = False,
     within: Range = UNBOUNDED,
 ) -> Interval:
-    """Difference of the means of two independent rows, and its interval (Welch's t).
+    """Return the difference of the means of two independent rows, and its interval (Welch's t).
 
     `std` is its standard error; `count` and `undefined` are over both rows. A row with a single
     defined value leaves the interval undefined, unless it is exact, and one with none the
@@ -191,7 +192,7 @@ def stratified_difference(
     single_is_exact: bool = False,
     within: Range = UNBOUNDED,
 ) -> Interval:
-    """Mean over strata of `mean(values) - mean(baseline)`, and its interval.
+    """Return the mean over strata of `mean(values) - mean(baseline)`, and its interval.
 
     Like is compared with like: where strata differ in level and in how much is undefined, the
     difference of the overall means is that of the mixtures. A stratum is left out if one of its
@@ -221,7 +222,7 @@ def balanced_difference(
     single_is_exact: bool = False,
     within: Range = UNBOUNDED,
 ) -> Interval:
-    """Mean of the means of some rows, minus that of others, and its interval.
+    """Return the mean of the means of some rows, minus that of others, and its interval.
 
     Rows count alike, however many values they have; those with fewer than two defined ones are left
     out. The interval is Student's t with the degrees of freedom of Welch and Satterthwaite. `std`
@@ -268,7 +269,9 @@ def _has_mean(row: np.ndarray, single_is_exact: bool = False) -> bool:
 
 
 def _mean_and_error(row: np.ndarray) -> tuple[float, float, int]:
-    """Mean of what is defined, its variance (0 for a single value), and how much that is."""
+    """Return the mean of the defined values, its variance (0 for a single value), and their
+    number.
+    """
     defined = row[~np.isnan(row)]
     n = len(defined)
     mean = float(defined.mean()) if n else math.nan
@@ -276,7 +279,7 @@ def _mean_and_error(row: np.ndarray) -> tuple[float, float, int]:
 
 
 def _t(freedom: float) -> float:
-    """Half the width of an interval, in standard errors."""
+    """Return half the width of an interval, in standard errors."""
     from scipy.special import stdtrit  # slow to import
 
     return float(stdtrit(min(freedom, 1e9), (1.0 + LEVEL) / 2.0))
@@ -293,7 +296,7 @@ def _cut(low: float, high: float, within: Range) -> Range:
 
 
 def mean_defined(values: np.ndarray) -> np.ndarray:
-    """Mean over the last axis of what is defined; NaN where nothing is."""
+    """Return the mean of the defined values over the last axis; NaN where there are none."""
     defined = ~np.isnan(values)
     count = defined.sum(axis=-1)
     total = np.where(defined, values, 0.0).sum(axis=-1)
@@ -301,7 +304,7 @@ def mean_defined(values: np.ndarray) -> np.ndarray:
 
 
 def _resampled_means(values: np.ndarray) -> np.ndarray:
-    """Means of samples drawn with replacement, [RESAMPLES]."""
+    """Return the means of samples drawn with replacement, [RESAMPLES]."""
     drawn = np.random.default_rng(0).integers(0, len(values), (RESAMPLES, len(values)))
     return values[drawn].mean(axis=1)
 

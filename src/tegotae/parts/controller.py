@@ -209,7 +209,7 @@ class Controller(Part):
         return self.sets * self.unit_weights + between
 
     def initial(self, key: jax.Array) -> WeightVector:
-        """Random weights to start training from, shape [n_weights]."""
+        """Return random weights to start training from, shape [n_weights]."""
         if self.sets == 1 and self.coupling is None:
             return self._initial_unit(key)
         unit_key, between = jax.random.split(key)
@@ -224,7 +224,7 @@ class Controller(Part):
         return jnp.concatenate(parts)
 
     def spread(self, weights: Weights) -> Weights:
-        """The weights limb by limb: those of the units [(limbs,) ...], the coupling's as is.
+        """Return the weights limb by limb: those of the units [(limbs,) ...], the coupling's as is.
 
         Args:
             weights: n_weights arrays, each of the shape of the lanes.
@@ -239,7 +239,9 @@ class Controller(Part):
         return (*units, *(weights[i] for i in range(self.sets * n, self.n_weights)))
 
     def feedback(self, weights: Weights, signals: Signals) -> PerLimb:
-        """Tegotae feedback `f = G · A′ · R` [rad/s] (equation 4); zero without Tegotae terms."""
+        """Return the Tegotae feedback `f = G · A′ · R` [rad/s] (equation 4); zero without
+        Tegotae terms.
+        """
         if self.tegotae is None:
             return jnp.zeros_like(next(iter(signals.values.values())))
         tegotae = self.tegotae
@@ -279,7 +281,7 @@ class Controller(Part):
 
 
 def _names(part: Term | Oscillator) -> tuple[WeightName, ...]:
-    """The names that a part gives its weights; numbers, if they are not all different."""
+    """Return the names that a part gives its weights, or numbers if they are not all different."""
     names = part.weight_names
     return names if len(set(names)) == part.n_weights == len(names) else numbered(part.n_weights)
 

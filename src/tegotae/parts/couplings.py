@@ -43,12 +43,12 @@ class Coupling(Part, ABC):
         return numbered(self.n_weights(limbs))
 
     def initial(self, key: jax.Array, limbs: int) -> jax.Array:
-        """Weights to start training from, shape [n_weights]: none couples, by default."""
+        """Return weights to start training from, shape [n_weights]; by default none couples."""
         return jnp.zeros((self.n_weights(limbs),))
 
     @abstractmethod
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
-        """The input of each limb's oscillator [rad/s], shape [limbs, ...].
+        """Return the input of each limb's oscillator [rad/s], shape [limbs, ...].
 
         Args:
             weights: n_weights arrays, each of the shape of the lanes.
@@ -71,7 +71,7 @@ class LearnedCoupling(Coupling):
     """
 
     def n_weights(self, limbs: int) -> int:
-        """Two for each ordered pair."""
+        """Return the number of weights: two for each ordered pair."""
         return 2 * limbs * (limbs - 1)
 
     def weight_names(self, limbs: int) -> tuple[WeightName, ...]:
@@ -79,7 +79,7 @@ class LearnedCoupling(Coupling):
         return inside(("pair",), [(n, x) for n in range(limbs * (limbs - 1)) for x in ("a", "b")])
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
-        """The sum over the other limbs."""
+        """Return the sum over the other limbs."""
         sine, cosine = signals["sin_phase"], signals["cos_phase"]
         limbs = sine.shape[0]
         rows = iter(weights)

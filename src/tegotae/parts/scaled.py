@@ -53,7 +53,7 @@ class ScaledFoot(ScaledTerm, Actuation):
     term: Actuation
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
-        """Along the axes that the term commands [m], [axes, limbs, lanes]."""
+        """Return values along the axes that the term commands [m], [axes, limbs, lanes]."""
         return jnp.asarray(super().__call__(weights, signals))
 
     def paced(self, weights: Weights, command: jax.Array, omega: jax.Array) -> jax.Array:

@@ -25,7 +25,7 @@ class Terrain(Part, ABC):
 
     @abstractmethod
     def height_m(self, x_m: jax.Array, y_m: jax.Array) -> jax.Array:
-        """Height of the ground at a place [m]; x forward, y left [m]."""
+        """Return the height of the ground at a place [m]; x forward, y left [m]."""
 
     def slopes(self, x_m: jax.Array, y_m: jax.Array) -> tuple[jax.Array, jax.Array] | None:
         """∂h/∂x and ∂h/∂y; None of a ground that is level everywhere.
@@ -71,7 +71,7 @@ class Slope(Terrain):
     """Rise per metre to the left."""
 
     def height_m(self, x_m: jax.Array, y_m: jax.Array) -> jax.Array:
-        """The plane's height [m]."""
+        """Return the plane's height [m]."""
         return self.along * x_m + self.across * y_m
 
 
@@ -99,7 +99,7 @@ class Steps(Terrain):
     """Position of the first step [m]."""
 
     def height_m(self, x_m: jax.Array, y_m: jax.Array) -> jax.Array:
-        """The height of the step [m]."""
+        """Return the height of the step [m]."""
         past = jnp.ceil((x_m - self.start_m) / self.tread_m)
         return self.rise_m * jnp.maximum(past, 0.0)
 
@@ -147,7 +147,7 @@ class Rough(Terrain):
     """Offset into the random ground: any number."""
 
     def height_m(self, x_m: jax.Array, y_m: jax.Array) -> jax.Array:
-        """The height of the waves [m]."""
+        """Return the height of the waves [m]."""
         x, y = x_m / self.wavelength_m, y_m / self.wavelength_m
         waves = sum(
             jnp.sin(2.0 * math.pi / length * (along * x + across * y) + phase * (1.0 + self.place))
@@ -176,11 +176,11 @@ class Sum(Terrain):
     second: Terrain = a_part(Terrain, A_TERRAIN, Flat)
 
     def height_m(self, x_m: jax.Array, y_m: jax.Array) -> jax.Array:
-        """Both heights together [m]."""
+        """Return both heights together [m]."""
         return self.first.height_m(x_m, y_m) + self.second.height_m(x_m, y_m)
 
     def slopes(self, x_m: jax.Array, y_m: jax.Array) -> tuple[jax.Array, jax.Array] | None:
-        """Both slopes together; None if both grounds are level everywhere."""
+        """Return both slopes together, or None if both grounds are level everywhere."""
         first, second = self.first.slopes(x_m, y_m), self.second.slopes(x_m, y_m)
         if first is None or second is None:
             return second if first is None else first

@@ -15,7 +15,7 @@ _Tree = dict[str | int, object]
 
 
 def numbered(count: int) -> tuple[WeightName, ...]:
-    """Names for weights that have none: ("weight", 0), ("weight", 1) ..."""
+    """Return the names for weights that have none: ("weight", 0), ("weight", 1) ..."""
     return tuple(("weight", i) for i in range(count))
 
 

@@ -179,7 +179,7 @@ MOST_CORNERS = 4096
 def draw(
     conditions: Sequence[Condition], body: Body, count: int, key: Sequence[int]
 ) -> dict[str, np.ndarray]:
-    """So many draws of every condition by name, [count] or [limbs, count].
+    """Return so many draws of every condition by name, [count] or [limbs, count].
 
     Drawn by Latin hypercube: of `count` equal shares of a condition each is met once, the
     conditions independent of each other. A mean over few draws then spreads less than over as many

@@ -97,7 +97,7 @@ class EpisodeProgram:
 
 
 def _spread(loop: ClosedLoop, lanes: LaneInputs, shared: Shared) -> tuple[Weights, Body, Scenario]:
-    """Weights limb by limb, the body with what holds for the whole run, and the scenario."""
+    """Return weights limb by limb, the body with the changes of the whole run, and the scenario."""
     body, changes = whole_run(shared.body, dict(lanes.scenario.changes))
     # An array is a sequence of its rows.
     weights, scenario = cast(Weights, lanes.weights), lanes.scenario._replace(changes=changes)

@@ -60,14 +60,14 @@ class TickSetting(NamedTuple):
     """Control period [s]."""
 
     def drive(self, body_state: StateTree, oscillator: StateTree) -> Drive:
-        """The output of the controller on a body in this state."""
+        """Return the output of the controller on a body in this state."""
         controller, body, weights, omega, ground_m, _ = self
         sensed = signals(controller, body, body_state, oscillator, ground_m)
         limit, rate_scale = largest_force(body), body.rate_scale
         return decide(controller, weights, omega, sensed, oscillator, limit, rate_scale=rate_scale)
 
     def push(self, command: PerCommand, phase_start: PerLimb, phase_end: PerLimb) -> Push:
-        """The units' pushes along a phase path, in the order of the body's limbs."""
+        """Return the units' pushes along a phase path, in the order of the body's limbs."""
         controller, limit = self.controller, largest_force(self.body)
         actuation = controller.actuation, controller.of_part("actuation", self.weights)
         of_units = push(*actuation, limit, command, phase_start, phase_end, self.omega)
@@ -79,7 +79,8 @@ class Integrator(ABC):
 
     @abstractmethod
     def tick(self, setting: TickSetting, moment: Moment) -> tuple[Moment, Contact, Push]:
-        """The moment one tick on, what the body did, and the actuators' push on it.
+        """Advance one tick: return the moment after it, the body's contact, and the actuators' push
+        on it.
 
         Args:
             setting: what holds during the tick.
@@ -105,7 +106,7 @@ class Hold(Integrator):
     """
 
     def tick(self, setting: TickSetting, moment: Moment) -> tuple[Moment, Contact, Push]:
-        """One tick; see `Integrator.tick`."""
+        """Advance one tick; see `Integrator.tick`."""
         controller, body, *_, ground_m, tick_s = setting
         drive = setting.drive(moment.body, moment.oscillator)
         oscillator = held(moment.oscillator, drive.rate, tick_s)
@@ -134,7 +135,7 @@ class PredictorCorrector(Integrator):
     """
 
     def tick(self, setting: TickSetting, moment: Moment) -> tuple[Moment, Contact, Push]:
-        """One tick; see `Integrator.tick`."""
+        """Advance one tick; see `Integrator.tick`."""
         controller, body, *_, ground_m, tick_s = setting
         current, earlier = moment.drive, moment.earlier
         forces = controller.actuation.commands_force
@@ -170,7 +171,7 @@ class PredictorCorrector(Integrator):
 
 
 def _adams_moulton(earlier: jax.Array, current: jax.Array, predicted: jax.Array) -> jax.Array:
-    """Mean over the tick from now to then of the parabola through three evaluations."""
+    """Return the mean over the tick from now to then of the parabola through three evaluations."""
     return (5.0 * predicted + 8.0 * current - earlier) * (1.0 / 12.0)
 
 
@@ -189,7 +190,7 @@ def signals(
 
 
 def with_oscillator(controller: Controller, sensed: Signals, oscillator: StateTree) -> Signals:
-    """The senses, and the signals of the oscillator, if there is one."""
+    """Return the senses, and the signals of the oscillator, if there is one."""
     if controller.oscillator is None:
         return sensed
     return sensed.adding(**controller.oscillator.signals(oscillator))
@@ -286,7 +287,7 @@ def largest_force(body: Body) -> Number:
 
 
 def moved(state: StateTree, step: Callable[..., jax.Array], *rates: StateTree) -> StateTree:
-    """The state after a step, `x + step(rates)`, leaf by leaf."""
+    """Return the state after a step, `x + step(rates)`, leaf by leaf."""
     leaves, structure = jax.tree.flatten(state)
     columns = [jax.tree.leaves(rate) for rate in rates]
     ahead = [x + step(*of_leaf) for x, *of_leaf in zip(leaves, *columns, strict=True)]
@@ -294,7 +295,7 @@ def moved(state: StateTree, step: Callable[..., jax.Array], *rates: StateTree) -
 
 
 def held(state: StateTree, rate: StateTree, tick_s: Number) -> StateTree:
-    """An oscillator's state after a tick at a held rate."""
+    """Return an oscillator's state after a tick at a held rate."""
 
     def step(x: jax.Array) -> jax.Array:
         return tick_s * x
@@ -303,12 +304,12 @@ def held(state: StateTree, rate: StateTree, tick_s: Number) -> StateTree:
 
 
 def settled(controller: Controller, oscillator: StateTree) -> StateTree:
-    """An oscillator's state as it is kept between ticks."""
+    """Return an oscillator's state as it is kept between ticks."""
     return oscillator if controller.oscillator is None else controller.oscillator.settle(oscillator)
 
 
 def phase_of(controller: Controller, oscillator: StateTree, like: PerLimb) -> PerLimb:
-    """The oscillators' phase [rad]; zero without one."""
+    """Return the oscillators' phase [rad]; zero without one."""
     if controller.oscillator is None or not controller.oscillator.has_phase:
         return jnp.zeros_like(like)
     return controller.oscillator.phase(oscillator)
@@ -323,7 +324,7 @@ def push(
     phase_end: PerLimb,
     omega: PerLimb,
 ) -> Push:
-    """The command along a phase path at ω: full force inside the sector, if any.
+    """Return the command along a phase path at ω: full force inside the sector, if any.
 
     Its rise gives the switched part its first moment in time, so that a sector that begins or ends
     inside a tick also displaces the body as it should.
@@ -345,7 +346,7 @@ def to_units(controller: Controller, of_limbs: PerLimb) -> PerLimb:
 
 
 def to_limbs(controller: Controller, of_units: Push) -> Push:
-    """The units' pushes in the order of the body's limbs."""
+    """Return the units' pushes in the order of the body's limbs."""
     if controller.wiring is None:
         return of_units
     order = [controller.wiring.index(limb) for limb in range(controller.limbs)]
@@ -362,7 +363,7 @@ def sample(
     added: PerLimb,
     numbers: Mapping[str, Any],
 ) -> tuple[StateTree, jax.Array, jax.Array, jax.Array]:
-    """One sample of limbs on an environment, held over its step.
+    """Take one sample of limbs on an environment, held over its step.
 
     Args:
         controller: of all limbs.

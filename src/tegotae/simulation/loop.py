@@ -88,7 +88,7 @@ class ClosedLoop:
     def meets(
         self, body: Body, scenario: Scenario, index: Index, tick_s: Scalar
     ) -> tuple[Body, PerLimb]:
-        """Body and frequency as they are during a tick (`Scenario.changes`)."""
+        """Return body and frequency as they are during a tick (`Scenario.changes`)."""
         return apply_changes(body, scenario.omega, dict(scenario.changes), index, tick_s)
 
     def start(self, weights: Weights, body: Body, scenario: Scenario, tick_s: Scalar) -> Lane:

@@ -113,7 +113,7 @@ class _Blocks:
         return cls(summaries, summarised, size, lanes, body, results)
 
     def collect(self, first: int, n: int, trajectory: Trajectory) -> None:
-        """Summarise a group of lanes, of which the first is given."""
+        """Summarise a group of lanes, given its first."""
         recorded = trajectory.only(self.summaries.needs)
         with jax.enable_x64(self.lanes.weights.dtype == "float64"):  # a setting of each thread
             for offset in range(0, n, self.size):
@@ -190,7 +190,7 @@ class _Like(NamedTuple):
 
 
 def _new_arrays(shapes: Any) -> Any:
-    """Arrays of these shapes, to be filled."""
+    """Return arrays of these shapes, to be filled."""
 
     def new_array(like: jax.ShapeDtypeStruct) -> np.ndarray:
         return np.empty(like.shape, like.dtype)

@@ -250,7 +250,7 @@ def declared(controller: Controller, body: Body) -> dict[str, Channel]:
 
 
 def needing(*names: str) -> Callable[[S], S]:
-    """Say of a summary which channels it needs; others are not computed for it.
+    """Declare which channels a summary needs; others are not computed for it.
 
     Example:
         >>> @needing("height_m")
@@ -300,7 +300,7 @@ class Recorder:
         return {name: c for name, c in self.channels.items() if isinstance(c, kind)}
 
     def empty(self, tick: Callable[[], Tick]) -> tuple[dict[str, jax.Array], dict[str, jax.Array]]:
-        """Totals and events of nothing, of the shapes that a tick gives; it is traced once."""
+        """Return zero totals and no events, in the shapes of a tick, which is traced once."""
 
         def zeros() -> tuple[dict[str, jax.Array], dict[str, jax.Array]]:
             output = tick()

@@ -157,7 +157,8 @@ def _require_room(rollout: Rollout, body: Body, weights: np.ndarray) -> None:
 def as_lanes(
     controller: Controller, body: Body, weights: Any, scenario: Scenario, dtype: str
 ) -> LaneInputs:
-    """Weights [n_weights, lanes] and a scenario of arrays [lanes], its changes named by paths.
+    """Return weights [n_weights, lanes] and a scenario of arrays [lanes], its changes named by
+    paths.
 
     Args:
         controller: whose weights.

@@ -14,7 +14,7 @@ from tegotae.parts.parameters import Part, positive
 
 
 def padded_lanes(tree: Any, lanes: slice, size: int) -> Any:
-    """Some lanes of every array, with the last of them again until there are `size`.
+    """Pad every array to `size` lanes with repeats of the last.
 
     Args:
         tree: a pytree of arrays, lanes last.

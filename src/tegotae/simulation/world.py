@@ -68,7 +68,7 @@ class Scenario(NamedTuple):
 
 
 def ground_m(scenario: Scenario, tick: jax.Array, tick_s: jax.Array) -> jax.Array:
-    """Height of the ground during a control tick [m].
+    """Return the height of the ground during a control tick [m].
 
     Args:
         scenario: the world of every lane.
@@ -279,7 +279,7 @@ def apply_changes(
     tick: jax.Array,
     tick_s: LaneNumbers,
 ) -> tuple[T, PerLimb]:
-    """Body and frequency during a control tick.
+    """Return body and frequency during a control tick.
 
     Args:
         body: the body as it usually is.

@@ -146,7 +146,7 @@ def require_legs(body: Body | Interface) -> None:
 
 
 def random_phases(limbs: int, starts: int, seed: int = 0) -> np.ndarray:
-    """Phases drawn evenly from the circle, each leg's by itself [rad], [limbs, starts].
+    """Draw phases evenly from the circle, each leg's independently [rad], [limbs, starts].
 
     Drawn start by start: more starts begin with the same ones.
 

@@ -108,7 +108,7 @@ def terrain_of(words: Sequence[str]) -> Terrain:
 
 
 def assignments(option: str, texts: Iterable[str]) -> dict[str, float]:
-    """Names and numbers, each name once.
+    """Parse names and numbers, each name once.
 
     Args:
         option: that the texts are of, for errors.

@@ -180,7 +180,7 @@ class System:
         return replace(self, {"body": body, "height_m": height_m})
 
     def height_on(self, body: Body) -> float:
-        """Height that releases another body as high over where its legs touch the ground [m]."""
+        """Return the height that releases another body equally high above leg contact [m]."""
         higher = float(body.touching_height_m) - float(self.mechanics.touching_height_m)
         return self.release.height_m + higher
 

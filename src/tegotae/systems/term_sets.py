@@ -611,7 +611,7 @@ def networks(
 def hidden_sizes(
     name: str, costs: Mapping[str, int], budget: int, other_weights: int = 0
 ) -> dict[str, int]:
-    """Hidden neurons per network: the most weights within the budget, as evenly as possible.
+    """Return hidden neurons per network: the most weights within the budget, as evenly as possible.
 
     Starting from equal numbers, neurons are added so that the total is the largest possible not
     above the budget; of equal totals the most even split is taken, then the first in the order of

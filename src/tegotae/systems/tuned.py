@@ -117,7 +117,7 @@ class FrontFamily:
         return np.stack([np.asarray(numbers[name], float) for name in order], axis=1)
 
     def phases(self, legged: Legged, starts: int, seed: int) -> np.ndarray:
-        """Phases at release [rad], [limbs, starts].
+        """Return the phases at release [rad], [limbs, starts].
 
         Independent for each leg; of forced legs those of their gait, begun anywhere.
         """

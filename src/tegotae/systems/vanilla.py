@@ -141,7 +141,8 @@ def bar(inertia_ratio: float) -> Legged:
 
 
 def plate(pitch: float, roll: float, twist: float | None = None) -> Legged:
-    """Four of them under a plate with these inertia ratios, and a limp spine if it twists.
+    """Return four of the paper's legs under a plate with these inertia ratios, and a limp spine if
+    it twists.
 
     Args:
         pitch: inertia ratio j_p.

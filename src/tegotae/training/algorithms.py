@@ -79,7 +79,7 @@ class Algorithm(Part, ABC):
         return jax.vmap(function)
 
     def start(self, key: jax.Array, weights: jax.Array) -> SearchState:
-        """State of a search that starts from `weights`, shape [n_weights]."""
+        """Return the state of a search that starts from `weights`, shape [n_weights]."""
         n = weights.shape[0]
         return self.strategy(n).init(key, weights, self.parameters(n))
 
@@ -183,7 +183,7 @@ class PGPE(Algorithm):
         )
 
     def start(self, key: jax.Array, weights: jax.Array):
-        """State of a search that starts from `weights`, with ClipUp's settings."""
+        """Return the state of a search that starts from `weights`, with ClipUp's settings."""
         return _with_settings(super().start(key, weights), self._clipup)
 
     @property
@@ -293,7 +293,9 @@ class OpenES(Algorithm):
         return FixedDeviation(self.population, jnp.zeros(n_weights), optimizer=optimizer)
 
     def start(self, key: jax.Array, weights: jax.Array):
-        """State of a search that starts from `weights`, with its deviation and Adam's step size."""
+        """Return the state of a search that starts from `weights`, with its deviation and
+        Adam's step size.
+        """
         state = super().start(key, weights)
         state = _with_settings(state, {"learning_rate": self.learning_rate})
         return state.replace(std=jnp.asarray(self.std, "float32"))
@@ -342,7 +344,9 @@ class SNES(Algorithm):
 
 
 def _use_one_blas_thread() -> None:
-    """Devices whose threads wait for those of the BLAS do so for ever, where there are two."""
+    """Limit the BLAS to one thread; devices that wait for its threads would wait for ever,
+    where there are two.
+    """
     from scipy.linalg import cython_lapack  # type: ignore[attr-defined]
 
     library = ctypes.CDLL(cython_lapack.__file__)  # Its symbols include those that it is linked to.

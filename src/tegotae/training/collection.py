@@ -49,7 +49,7 @@ def read_runs(place: str | Path) -> list[ControllerSet]:
 
 
 def named_sets(sets: list[tuple[str, ControllerSet]]) -> list[tuple[str, ControllerSet]]:
-    """Return the sets, each with the name of its source.
+    """Check that no two names hold the same runs, and return the sets.
 
     Raises:
         TegotaeError: for runs that two names hold.
@@ -99,7 +99,7 @@ def _searched(resolved: Resolved) -> ControllerSet | None:
 
 
 def group(files: Sequence[tuple[Path, SavedController]]) -> list[ControllerSet]:
-    """Sets of runs of one training each, in the order in which their first members come.
+    """Return the sets of runs of one training each, in the order in which their first members come.
 
     Sets of one model are named by what differs in how they were trained. Runs of equal weights,
     such as a file and its copy, count once, which a line says.

@@ -70,7 +70,7 @@ def measure_of(curves: pd.DataFrame) -> str:
 
 
 def late_mean(run: pd.DataFrame, until_s: float = np.inf) -> float:
-    """Mean of one run over its last tenth, or that of its part until `until_s`."""
+    """Return the mean of one run over the last tenth, or that of its part until `until_s`."""
     time = run["simulated_s"].to_numpy()
     time = time[time <= until_s]
     late = time >= (1.0 - LATE) * time[-1]
@@ -78,7 +78,7 @@ def late_mean(run: pd.DataFrame, until_s: float = np.inf) -> float:
 
 
 def longest_s(folder: Path) -> float:
-    """Simulated time from which the longest run of a training has learned [s].
+    """Return the simulated time from which the longest run of a training has learned [s].
 
     Raises:
         TegotaeError: for a folder without the learning curves of a training.
@@ -95,7 +95,7 @@ def longest_s(folder: Path) -> float:
 
 
 def groups(curves: pd.DataFrame) -> dict[tuple[str, str], list[pd.DataFrame]]:
-    """Runs of the same model and algorithm together, by (model, algorithm)."""
+    """Return the runs of the same model and algorithm together, by (model, algorithm)."""
     together: dict[tuple[str, str], list[pd.DataFrame]] = {}
     for (model, algorithm, _), run in curves.groupby(_RUN, sort=False):  # type: ignore[misc]
         together.setdefault((model, algorithm), []).append(run)

@@ -61,7 +61,7 @@ class Evaluator(AbstractContextManager["Evaluator"]):
 
     @abstractmethod
     def scored(self, weights: np.ndarray, per_seed: int, generation: Generation) -> Scores:
-        """Scores of rows of weights, [going, rows].
+        """Evaluate rows of weights, [going, rows].
 
         Args:
             weights: of the seeds that are going, [going, rows, n_weights].
@@ -70,7 +70,7 @@ class Evaluator(AbstractContextManager["Evaluator"]):
         """
 
     def evaluate(self, candidates: np.ndarray, generation: Generation) -> Scores:
-        """Scores of every candidate of the seeds that are going.
+        """Evaluate every candidate of the seeds that continue.
 
         Args:
             candidates: weights, [seeds, candidates, n_weights].
@@ -102,7 +102,7 @@ class Evaluator(AbstractContextManager["Evaluator"]):
         return Scores(*(x[0] for x in self.evaluate(candidates, Generation.alike())))
 
     def mean(self, values: np.ndarray) -> np.ndarray:
-        """Means over the last axis."""
+        """Return the means over the last axis."""
         return values.mean(axis=-1)
 
     @property
@@ -170,7 +170,7 @@ class EngineEvaluator(Evaluator):
         return self.varied.repeats(self.episodes)
 
     def scored(self, weights: np.ndarray, per_seed: int, generation: Generation) -> Scores:
-        """Scores of rows of weights; ended seeds cost nothing, but for a block's rest."""
+        """Evaluate rows of weights; ended seeds cost nothing, but for a block's rest."""
         going, of_set = generation.going, self.repeats * self.episodes
         if generation.number is None:
             candidates = len(going) * weights.shape[1] // self.repeats

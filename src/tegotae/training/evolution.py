@@ -90,7 +90,7 @@ class Stopping(Part):
 
     @classmethod
     def after(cls, generations: int) -> Stopping:
-        """Exactly so many generations, plateau or not."""
+        """Stop after exactly so many generations, plateau or not."""
         return cls(generations=generations, least=_NEVER)
 
     @property
@@ -303,7 +303,7 @@ class Evolution(Learner):
             yield self._state(run, points, progress, new)
 
     def resumed(self, run: TrainingTask, points: Points, arrays: Arrays) -> TrainingState:
-        """Behind the last generation, of which points and arrays are kept.
+        """Return the state after the last generation whose points and arrays are kept.
 
         Raises:
             TegotaeError: for more generations than there are to be.
@@ -332,7 +332,7 @@ class Evolution(Learner):
     def _state(
         self, run: TrainingTask, points: Points, progress: Progress, new: Points = ()
     ) -> TrainingState:
-        """After a generation: of each seed the mean of the best distribution."""
+        """Return the state after a generation: of each seed the mean of the best distribution."""
         experiment, seeds = run.experiment, run.seeds
         ended = self.stopping.reasons(_fitness(points, seeds))
         learned = tuple(
@@ -409,7 +409,9 @@ def _begun(
 
 
 def _per_weight(std: jax.Array, centre: jax.Array) -> jax.Array:
-    """Standard deviations [seeds, n_weights], of a strategy that may have one for all weights."""
+    """Return standard deviations [seeds, n_weights] of a strategy that may have one for all
+    weights.
+    """
     return jnp.broadcast_to(std.reshape(*std.shape, *[1] * (centre.ndim - std.ndim)), centre.shape)
 
 

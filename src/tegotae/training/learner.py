@@ -279,5 +279,7 @@ def initial_weights(controller: Controller, seed: int) -> np.ndarray:
 
 
 def versions_of(*packages: str) -> dict[str, str]:
-    """Versions of the programs that decide the numbers: these packages and what all need."""
+    """Return the versions of the programs that decide the numbers: these packages and their
+    dependencies.
+    """
     return {name: version(name) for name in ("tegotae", "jax", "jaxlib", *packages, "numpy")}

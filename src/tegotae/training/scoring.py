@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def evaluator_of(experiment: Any, workers: int | None = None) -> Evaluator:
-    """Fitness of candidate weights in an experiment.
+    """Return the evaluator of candidate weights' fitness in an experiment.
 
     Args:
         experiment: an `Experiment`, or one on an environment.
@@ -59,7 +59,7 @@ def best_gain(experiment: Trainable, workers: int | None = None) -> tuple[float,
 
 
 def gains_tried(experiment: Trainable, gains: np.ndarray, workers: int | None = None) -> Scores:
-    """Scores of values of σ, [gains] each, which all meet the same episodes.
+    """Return the scores of values of σ, [gains] each, all in the same episodes.
 
     Args:
         experiment: one whose controller's only weight is σ.

@@ -40,7 +40,7 @@ def _body_of(fit: Identified, gravity_m_per_s2: float) -> Sensors:
 
 
 def _out(file: Any = "", **_: Any) -> Values:
-    """File that is named as the log."""
+    """Return the output file, named as the log."""
     return {"out": Path(f"{Path(file).stem}.toml")}
 
 

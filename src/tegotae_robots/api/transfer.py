@@ -30,7 +30,7 @@ def _conversions(saved: SavedController, omega: float | None, units: Units) -> p
 
 
 def _out(law: Any = "", **_: Any) -> Values:
-    """File that is named as the controller."""
+    """Return the output file, named as the controller."""
     name = str(law).rpartition(":")[2].replace("@", "-")
     return {"out": Path(f"{stem_of(name)}-there.json")}
 

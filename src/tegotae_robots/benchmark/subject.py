@@ -86,7 +86,7 @@ class Subject(ABC):
 
 
 def of_limbs(names: Sequence[str], limbs: int) -> tuple[str, ...]:
-    """Names limb by limb.
+    """Return names limb by limb.
 
     Example:
         >>> of_limbs(["force"], 1), of_limbs(["force"], 2)

@@ -88,7 +88,7 @@ def require_tools() -> None:
 
 
 def systems(models: Sequence[str]) -> list[Export]:
-    """Exports of controllers: of files, and of models of the paper with random weights.
+    """Return exports of controllers: of files, and of models of the paper with random weights.
 
     Raises:
         TegotaeError: for an unknown model, or a file that is no controller.
@@ -183,7 +183,7 @@ def _compiled(folder: Path, core: Core, with_step: bool) -> Path:
 
 
 def _flash(program: Path) -> int:
-    """Bytes of code and constants in a program."""
+    """Return the size of code and constants in a program [bytes]."""
     line = _run(f"arm-none-eabi-size {program.name}", program.parent).splitlines()[1]
     text, data = map(int, line.split()[:2])
     return text + data

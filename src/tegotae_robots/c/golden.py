@@ -55,7 +55,7 @@ class Golden:
 
 
 def vector_initialiser(rows: np.ndarray) -> str:
-    """Rows of numbers as an array of C."""
+    """Return rows of numbers as an array of C."""
     return ",\n".join(wrapped("{" + ", ".join(map(floating, row)) + "}") for row in rows)
 
 
@@ -165,7 +165,7 @@ def _of_drawn_senses(export: Export, ticks: int) -> jax.Array:
 
 
 def drawn(export: Export, ticks: int) -> dict[str, np.ndarray]:
-    """Senses that sweep from none to twice their scale, each limb's at a time of its own.
+    """Return senses that sweep from none to twice their scale, each limb's at another time.
 
     Returns:
         [ticks, (limbs,) 1] for each sense; a load is never below zero.

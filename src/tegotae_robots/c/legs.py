@@ -162,7 +162,7 @@ def _wired(export: Export) -> tuple[list[int], list[int]]:
 
 
 def _braced(numbers: Any) -> str:
-    """Numbers as an initialiser of C."""
+    """Return numbers as an initialiser of C."""
     if isinstance(numbers, list | np.ndarray):
         return f"{{{', '.join(map(_braced, numbers))}}}"
     return floating(float(numbers))

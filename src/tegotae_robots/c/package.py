@@ -117,7 +117,7 @@ def package_texts(export: Export, layout: ExportLayout = LAYOUTS["flat"]) -> dic
 
 
 def _for_authors(export: Export, layout: ExportLayout) -> dict[str, object]:
-    """Facts for the page, the sketch and the descriptions of a library."""
+    """Return facts for the page, the sketch and the descriptions of a library."""
     single, oscillates = export.limbs == 1, bool(export.state_names)
     leg = "" if single else "[leg]"
     legs = f"for (int leg = 0; leg < {export.prefix.upper()}_LIMBS; ++leg) "

@@ -224,7 +224,7 @@ def wired_limbs(export: Export) -> list[LimbDocument]:
 
 
 def constants(export: Export) -> dict[str, tuple[Number, str]]:
-    """Numbers that the header names, and what they are."""
+    """Return the numbers that the header names, with their descriptions."""
     numbers: dict[str, tuple[Number, str]] = {
         "TICK_S": (export.tick_s, "period of the control loop [s]"),
     }
@@ -342,7 +342,7 @@ def _spelled(limb: LimbDocument) -> str:
 
 
 def _over_units(export: Export, statements: str) -> str:
-    """Statements for one unit, once for each of them."""
+    """Return statements for one unit, repeated for each."""
     if export.limbs == 1 or not statements:
         return statements
     if "[limb]" in statements:

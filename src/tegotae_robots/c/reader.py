@@ -60,7 +60,7 @@ class Call:
         return place.names if place else (self.procedure.name,)
 
     def results(self) -> list[Node]:
-        """Nodes of its results."""
+        """Return the nodes of its results."""
         return [
             Node("result", result.kind, self.inputs, (self, index), self.origin)
             for index, result in enumerate(self.procedure.results)
@@ -110,7 +110,7 @@ class CReader(Reader):
     def _fork(
         self, condition: np.ndarray, no: Arrays, yes: Arrays, origin: Traced
     ) -> list[np.ndarray]:
-        """Both branches, and of their results those of the one that is taken."""
+        """Return the results of the chosen branch; both are computed."""
         return [
             self._entrywise("select_n", "", [condition, *cases], None)
             for cases in zip(no, yes, strict=True)

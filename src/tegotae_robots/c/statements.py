@@ -22,7 +22,7 @@ _LONGEST = 220
 
 @functools.cache
 def helpers() -> dict[str, str]:
-    """Functions that generated code may call, by their names."""
+    """Return the functions that generated code may call, by their names."""
     texts = template_text("helpers.c").split("\n\n")
     matches = ((re.search(r"^static \w+ (\w+)\(", text, re.MULTILINE), text) for text in texts)
     return {match[1]: f"{text.rstrip()}\n" for match, text in matches if match}
@@ -127,7 +127,7 @@ class Statements:
         """All that the statements read of what is given."""
 
     def all(self, nodes: Sequence[Node]) -> list[str]:
-        """Texts of the nodes, with the statements that they need in `lines`."""
+        """Return the texts of the nodes, and add the statements that they need to `lines`."""
         order = reachable(nodes)
         calls: set[Call] = set()
         for node in order:

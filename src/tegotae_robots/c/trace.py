@@ -309,7 +309,7 @@ def _weights(paths: Sequence[WeightName]) -> list[str]:
 
 
 def _state(oscillator: Oscillator | None) -> tuple[tuple[str, ...], jax.tree_util.PyTreeDef]:
-    """Names of the numbers that an oscillator's state has, and its structure."""
+    """Return the names of the numbers in an oscillator's state, and its structure."""
     if oscillator is None:
         return (), jax.tree.structure(())
     state = jax.eval_shape(oscillator.start, jax.ShapeDtypeStruct((1,), jnp.float32))

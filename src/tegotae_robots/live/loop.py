@@ -280,7 +280,7 @@ class _Loop:
                 ) from None
 
     def _column(self, name: str, value: ArrayLike) -> np.ndarray:
-        """Room for what is read by a name."""
+        """Return memory for the values that are read under a name."""
         try:
             shape = np.asarray(value, float).shape
         except (TypeError, ValueError, OverflowError):
@@ -322,7 +322,7 @@ class _Loop:
 
 
 def _column_names(name: str, count: int) -> tuple[str, ...]:
-    """Columns of so many numbers that are recorded by a name."""
+    """Return the columns of so many numbers that are recorded under a name."""
     return (name,) if count == 1 else tuple(f"{name}_{i}" for i in range(count))
 
 

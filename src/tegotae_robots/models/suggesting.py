@@ -357,7 +357,9 @@ def _felt(sensed: Sensing, joint: _Joint) -> tuple[str, str]:
 
 
 def phases_of(model: MjModel, data: MjData, feet: Sequence[str]) -> list[float]:
-    """Phases of the feet [rad], neighbours half a turn apart: a trot of four, a tripod of six."""
+    """Return the phases of the feet [rad], neighbours half a turn apart: a trot of four, a
+    tripod of six.
+    """
     ahead, aside = np.array([foot_place(model, data, foot)[:2] for foot in feet]).T
     left = aside - aside.mean() > 1e-3
     behind = (ahead[:, None] - ahead > 1e-3) & (left[:, None] == left)

@@ -26,7 +26,8 @@ _MISSES = 1e-3
 
 
 def swing_of_walker(body: Walker, foot: EllipticFoot, omega: float) -> float:
-    """Absolute work of a leg over a cycle of its foot in the air, a turn of the phase [J].
+    """Return the absolute work of a leg over a cycle of its foot in the air, a turn of the phase
+    [J].
 
     Args:
         body: of the leg.

@@ -16,7 +16,7 @@ _NAMES = ("ahead x [m]", "left y [m]", "up z [m]")
 
 @styled()
 def workspace_figure(suggestion: Suggestion) -> Figure:
-    """Places within reach of every foot, from the side and from the front, a column a leg.
+    """Draw places within reach of every foot, from the side and from the front, one column per leg.
 
     Places are from the foot's at rest. A dot is the first joint of the leg, a line the ellipse of
     the wiring's law, where it has one.

@@ -229,8 +229,9 @@ def search_front(
 
 
 def travelled(legged: Legged, final: Travel, starts: int) -> tuple[np.ndarray, np.ndarray]:
-    """Mean speed and cost of transport of walkers; NaN of those of which a start falls, stands or
-    does not settle, [walkers] each."""
+    """Return mean speed and cost of transport of walkers, NaN where a start falls, stands or
+    does not settle, [walkers] each.
+    """
     body = unwrapped(legged.body)
     weight = float(body.mass_kg * body.gravity_m_per_s2)  # type: ignore[attr-defined]
     good = _steady_lanes(final).reshape(-1, starts).all(axis=1)
@@ -277,7 +278,7 @@ def cheapest(speed: np.ndarray, cost: np.ndarray, count: int) -> np.ndarray:
 
 
 def variations(arrays: Arrays, count: int, width: float, draw: np.random.Generator) -> np.ndarray:
-    """Walkers near the cheapest of every speed, as shares of the ranges.
+    """Return walkers near the cheapest of every speed, as shares of the ranges.
 
     Args:
         arrays: the walkers so far.

@@ -66,7 +66,7 @@ class Axis:
 
     @classmethod
     def between(cls, name: str, low: float, high: float, count: int) -> Axis:
-        """Evenly spaced values.
+        """Return an axis of evenly spaced values.
 
         Raises:
             TegotaeError: for fewer than two, or ends that are not in order.
@@ -145,7 +145,7 @@ def lanes_at(
     phase_rad: LaneNumbers,
     changes: Mapping[str, LaneNumbers] | None = None,
 ) -> tuple[np.ndarray, Scenario]:
-    """Weights and scenario of lanes at settings that can be: a setting a lane.
+    """Return weights and scenario of lanes at possible settings, one setting per lane.
 
     Each body is released as high over where its legs touch the ground as the system's own.
 

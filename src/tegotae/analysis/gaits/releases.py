@@ -196,7 +196,9 @@ def simulate_gaits(
 def _course(
     summary: CoordinationSummary, trajectory: Trajectory, coordination: Coordination, timing: Timing
 ) -> np.ndarray:
-    """Lags averaged over the stride of the end, [frames, limbs]; over a frame without any."""
+    """Return the lags averaged over the last stride, [frames, limbs], or over a frame without
+    any stride.
+    """
     hz = float(coordination.cycle_frequency_hz[0])
     frames = round(1.0 / (hz * timing.frame_s)) if hz * timing.duration_s > 1.0 else 1
     lag = summary.rhythm.lag(trajectory, summary.reference)

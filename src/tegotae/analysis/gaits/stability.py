@@ -262,7 +262,7 @@ def stability(
 
 
 def _patterns(legged: Legged, gaits: Sequence[str] | None) -> dict[str, np.ndarray]:
-    """Lags of the gaits by name; of those with a mirror image, one."""
+    """Return the lags of the gaits by name, one for those with a mirror image."""
     patterns: dict[str, np.ndarray] = {}
     for pattern in patterns_for(legged.names):
         lag = np.array([pattern.lags[leg] for leg in legged.names])
@@ -274,7 +274,7 @@ def _patterns(legged: Legged, gaits: Sequence[str] | None) -> dict[str, np.ndarr
 
 
 def _kicks(limbs: int, pairs: int, kick: float, seed: int) -> np.ndarray:
-    """No kick, then pairs of opposite ones [cycles], [limbs, 1 + 2 pairs]."""
+    """Return no kick, then pairs of opposite kicks [cycles], [limbs, 1 + 2 pairs]."""
     drawn = np.random.default_rng(seed).normal(size=(limbs, pairs))
     drawn *= kick / np.abs(drawn).max(axis=0)
     return np.concatenate([np.zeros((limbs, 1)), drawn, -drawn], axis=1)
@@ -288,7 +288,8 @@ def _run(
     sections: Sections,
     timing: Timing,
 ) -> list[np.ndarray]:
-    """Lags at the sections after the kicks, and those in the end, [..., values, gaits, kicks].
+    """Return the lags at the sections after the kicks, and those in the end, [..., values, gaits,
+    kicks].
 
     NaN at values without a body.
     """

@@ -241,7 +241,8 @@ def staircase_timing(timing: Timing, levels: int, dwell_s: float) -> Timing:
 
 
 def hysteresis(frame: Any) -> pd.DataFrame:
-    """Between which levels gaits change on the way up and on the way down, over all starts.
+    """Return the levels between which gaits change on the way up and on the way down, over all
+    starts.
 
     A pair of gaits is listed if starts change from the one to the other on the way up, and back on
     the way down. Of a start that changes so several times, the last time counts. Levels without a
@@ -278,7 +279,9 @@ def hysteresis(frame: Any) -> pd.DataFrame:
 
 
 def _changes(frame: Any, direction: str, names: list[str]) -> pd.DataFrame:
-    """Between which levels starts change for the last time from one gait to another, on one way."""
+    """Return the levels between which starts change for the last time from one gait to another,
+    one way.
+    """
     rows = frame[~frame.gait.isin(NO_GAIT)].sort_values(
         _LEVEL, ascending=direction == UP, kind="stable"
     )

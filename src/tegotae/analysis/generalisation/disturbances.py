@@ -82,7 +82,7 @@ class Disturbance(ABC):
         return 0.0
 
     def side(self, below: bool) -> list[float]:
-        """Levels on one side of the neutral one, from there outwards."""
+        """Return the levels on one side of the neutral one, from there outwards."""
         levels = sorted(level for level in self.levels if (level < self.neutral) == below)
         return levels[::-1] if below else levels
 
@@ -671,7 +671,7 @@ CATALOGUE: dict[str, Disturbance] = {
 
 
 def disturbances_named(texts: Iterable[str]) -> tuple[Disturbance, ...]:
-    """Disturbances by name, each with levels of one's own if some are written: "delay=0.01/0.02".
+    """Return disturbances by name, each with other levels if the text has some: "delay=0.01/0.02".
 
     Args:
         texts: names; all that there are, if there are none.

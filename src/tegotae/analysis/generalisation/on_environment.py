@@ -354,7 +354,9 @@ class _PerturbedLanes(ModelLanes):
 def _push(
     changes: Mapping[str, LaneNumbers], clock: SecondClock, step_s: float
 ) -> np.ndarray | None:
-    """External forces on the first body during a step with this middle [N]; None without any."""
+    """Return the external forces on the first body in a step with this middle [N], or None
+    without any.
+    """
     force = [schedule_of(changes[name]).at(clock, 0.0) for name in _PUSHES]
     since_s = clock.since_s(changes["at_s"])
     strikes = (since_s >= 0.0) & (since_s < step_s)

@@ -269,7 +269,8 @@ def margin(disturbance: Disturbance, below: bool, survived: np.ndarray) -> Margi
 
 
 def _median_interval(counts: np.ndarray, seed: int = 0) -> tuple[int, int, int]:
-    """Median of counts, of two middle ones the lower, and its 95 % interval by the bootstrap.
+    """Return the median of counts, the lower of two middle ones, and its 95 % interval by the
+    bootstrap.
 
     Example:
         >>> _median_interval(np.array([1, 2, 2, 4]))[0]
@@ -299,8 +300,9 @@ def margins(
 
 
 def retention_curve(outcome: Retention) -> pd.DataFrame:
-    """Shares of the lanes of one set that keep what they had, level by level; the interval is
-    over runs."""
+    """Return the shares of the lanes of one set that keep their gait, level by level; the
+    interval is over runs.
+    """
     rows = []
     for name, mine in cast(Any, outcome.table).groupby("condition", sort=False):
         for level, lanes in mine.groupby("level"):

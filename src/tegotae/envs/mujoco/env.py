@@ -80,7 +80,7 @@ class ModelBatch:
         noise: np.ndarray | None = None,
         where: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Lanes at the model's start; what all observe, [lanes, entries].
+        """Reset the lanes to the model's start; return the observations of all, [lanes, entries].
 
         Args:
             height_m: by how much the first body begins higher than in the model [m], [lanes].
@@ -116,7 +116,7 @@ class ModelBatch:
         push_n: np.ndarray | None = None,
         where: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Lanes one control period on; what all observe then, [lanes, entries].
+        """Advance the lanes by a control period; return the observations of all, [lanes, entries].
 
         Args:
             action: the actions by their names (`Sensing.actions`), [lanes, actions]; held.
@@ -137,7 +137,7 @@ class ModelBatch:
         return self.sensing.observed(self._sensed[:, -1])
 
     def _advance(self, where: np.ndarray) -> None:
-        """Some lanes one control period on, from their last states."""
+        """Advance some lanes by a control period from their last states."""
         lanes = np.flatnonzero(where)
         if len(lanes) == 0:
             return

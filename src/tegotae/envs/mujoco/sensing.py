@@ -271,7 +271,7 @@ def _add(
 
 
 def _angles(model: MjModel, legs: LegKinematics | None) -> np.ndarray:
-    """Columns of the legs' joints; the first one stands for those that there are not."""
+    """Return the columns of the legs' joints; the first column stands in for missing joints."""
     joints = np.zeros((0, 0), int) if legs is None else legs.joints
     names = [model.joint(max(int(joint), 0)).name for joint in joints.ravel()]
     rows = [

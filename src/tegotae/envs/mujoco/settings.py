@@ -253,7 +253,7 @@ def compiled_model(spec: MjSpec) -> MjModel:
 
 
 def _make_servos(spec: MjSpec, stiffness: float, damping: float) -> None:
-    """Position servos in place of the motors of joints."""
+    """Replace the motors of joints by position servos."""
     mujoco = require("mujoco", "mujoco")
     motors = [
         motor

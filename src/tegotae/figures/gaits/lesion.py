@@ -15,7 +15,8 @@ from tegotae.figures.style import COLOURS, PAGE_IN, literal_text, new_figure, st
 
 @styled()
 def lesion_figure(aftermath: Aftermath, note: str = "") -> Figure:
-    """Left the shares of starts that stand, and that are locked, over time; right the lags.
+    """Draw the shares of starts that stand, and that are locked, over time (left), and the lags
+    (right).
 
     Args:
         aftermath: what followed.

@@ -139,7 +139,7 @@ _SHADES = ("0.3", "0.55", "0.75")
 
 @styled()
 def front_figure(table: Mapping[str, Any] | pd.DataFrame, note: str = "") -> Figure:
-    """Cost of transport over speed, each family's.
+    """Draw each family's cost of transport over speed.
 
     Solid lines are of legs with feedback, dashed ones of legs that are forced into a gait. A speed
     that a family does not reach interrupts its line.
@@ -188,7 +188,8 @@ _APART = 0.1001
 
 @styled()
 def gait_basin_figure(basin: Releases, note: str = "") -> Figure:
-    """Left the share of each outcome with its 95 % interval, right the lags that starts end at.
+    """Draw the share of each outcome with its 95 % interval (left), and the lags at which starts
+    end (right).
 
     Of two legs the lags are drawn over those of the release; of more, those of two legs over each
     other.
@@ -255,13 +256,14 @@ def _dots(axes: Axes, basin: Releases, x: np.ndarray, y: np.ndarray) -> None:
 
 
 def _drawn(basin: Releases, leg: str) -> np.ndarray:
-    """Lags of a leg from -0.125 to 0.875, so that those beside zero are not torn apart."""
+    """Return the lags of a leg from -0.125 to 0.875, so that those around zero stay together."""
     return (basin.frame[f"lag_cycles_{leg}"].to_numpy() + 0.125) % 1.0 - 0.125
 
 
 @styled()
 def stability_figure(result: GaitStability, note: str = "") -> Figure:
-    """Above the moduli of all multipliers, the largest filled; below what the fit leaves over.
+    """Draw the moduli of all multipliers, the largest filled (above), and the residuals of the fit
+    (below).
 
     Lines join the largest ones. A cross marks where the largest multiplier crosses one. In between,
     a row a gait, are the values at which the body, unkicked, stays in it to the end.

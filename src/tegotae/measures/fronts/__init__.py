@@ -70,7 +70,7 @@ class SpeedFront:
         return self.columns[name]
 
     def cost_at(self, speed: ArrayLike) -> np.ndarray:
-        """Cost of transport at speeds [√(g l0)], linear between points; NaN beyond them.
+        """Return the cost of transport at speeds [√(g l0)], linear between points; NaN beyond them.
 
         Args:
             speed: any shape.

@@ -37,7 +37,7 @@ def lag_difference(a: Numeric, b: Numeric) -> jax.Array:
 
 
 def circular_mean(lag: AnyArray, axis: int = 0) -> jax.Array:
-    """Mean of lags on the circle, `arg(mean exp(2πi lag)) / 2π`, in [0, 1) [cycles].
+    """Return the mean of lags on the circle, `arg(mean exp(2πi lag)) / 2π`, in [0, 1) [cycles].
 
     Undefined lags (NaN) do not enter; NaN where there is none.
 
@@ -56,7 +56,7 @@ def circular_mean(lag: AnyArray, axis: int = 0) -> jax.Array:
 
 
 def circular_spread(lag: AnyArray, axis: int = 0) -> jax.Array:
-    """Circular standard deviation of lags, `√(-2 ln |mean exp(2πi lag)|) / 2π` [cycles].
+    """Return the circular standard deviation of lags, `√(-2 ln |mean exp(2πi lag)|) / 2π` [cycles].
 
     Zero for lags that are all alike; infinite for lags that cancel. Undefined lags do not enter.
 
@@ -93,7 +93,8 @@ def order_parameter(lag: AnyArray) -> jax.Array:
 
 
 def over_strides(lag: AnyArray, frames_per_stride: AnyArray) -> jax.Array:
-    """Running circular mean over the stride that ends at each frame, [frames, limbs, lanes].
+    """Return the running circular mean over the stride that ends at each frame, [frames, limbs,
+    lanes].
 
     Within a stride lags sway, as legs speed up and slow down at different times; over a whole one
     that averages out. The first strides are averaged over what there is of them.
@@ -220,11 +221,11 @@ class Rhythm(ABC):
 
     @abstractmethod
     def lag(self, trajectory: Trajectory, reference: int) -> jax.Array:
-        """Lag of every leg behind the reference leg, [frames, limbs, lanes] [cycles]."""
+        """Return the lag of every leg behind the reference leg, [frames, limbs, lanes] [cycles]."""
 
     @abstractmethod
     def frequency_hz(self, trajectory: Trajectory, reference: int, first: int) -> jax.Array:
-        """Cycles of the reference leg per second, from a frame on, [lanes]."""
+        """Return the cycles of the reference leg per second, from a frame on, [lanes]."""
 
 
 @dataclass(frozen=True)
@@ -238,12 +239,12 @@ class OfPhases(Rhythm):
     needs = ("phase_rad", "time_s")
 
     def lag(self, trajectory: Trajectory, reference: int) -> jax.Array:
-        """Lag of every leg behind the reference leg, [frames, limbs, lanes] [cycles]."""
+        """Return the lag of every leg behind the reference leg, [frames, limbs, lanes] [cycles]."""
         phase = jnp.asarray(trajectory.phase_rad)
         return ((phase[:, reference : reference + 1] - phase) / TURN) % 1.0
 
     def frequency_hz(self, trajectory: Trajectory, reference: int, first: int) -> jax.Array:
-        """Turns of the reference leg's oscillator per second, [lanes]."""
+        """Return the turns of the reference leg's oscillator per second, [lanes]."""
         phase = jnp.asarray(trajectory.phase_rad)[first:, reference]
         turns = lag_difference(phase[1:] / TURN, phase[:-1] / TURN).sum(axis=0)
         return turns / (trajectory.time_s[-1] - trajectory.time_s[first])
@@ -260,7 +261,7 @@ class OfTouchdowns(Rhythm):
     needs = ("touchdown_time_s", "time_s")
 
     def lag(self, trajectory: Trajectory, reference: int) -> jax.Array:
-        """Lag of every leg behind the reference leg, [frames, limbs, lanes] [cycles]."""
+        """Return the lag of every leg behind the reference leg, [frames, limbs, lanes] [cycles]."""
         touchdowns = jnp.asarray(trajectory.touchdown_time_s)
         latest = steps_to_latest(touchdowns)
         reference_time, earlier = latest[:, reference], jnp.roll(latest[:, reference], 1, axis=0)
@@ -270,12 +271,12 @@ class OfTouchdowns(Rhythm):
         return ((latest - reference_time[:, None]) / stride[:, None]) % 1.0
 
     def frequency_hz(self, trajectory: Trajectory, reference: int, first: int) -> jax.Array:
-        """Touchdowns of the reference leg per second, [lanes]."""
+        """Return the touchdowns of the reference leg per second, [lanes]."""
         return step_frequency_hz(trajectory.touchdown_time_s, first)[reference]
 
 
 def step_frequency_hz(touchdown_time_s: AnyArray, first: int = 0) -> jax.Array:
-    """Touchdowns of every leg per second, from its first to its last, [limbs, lanes].
+    """Return the touchdowns of every leg per second, from its first to its last, [limbs, lanes].
 
     NaN with fewer than two.
 
@@ -347,7 +348,7 @@ class Sections:
 
 @partial(jax.jit, static_argnums=(1, 2))
 def lags_at_sections(phase_rad: AnyArray, cycles: int, reference: int = 0) -> jax.Array:
-    """Lags whenever the reference leg's phase passes zero, `(φ_ref - φ_i) / 2π` there.
+    """Return the lags whenever the reference leg's phase passes zero, `(φ_ref - φ_i) / 2π` there.
 
     Between frames phases go along cubics through the four frames around.
 
@@ -493,13 +494,15 @@ def support_margin_m(body: Walker, lost: tuple[int, ...] = ()) -> float:
 
 
 def _sides(points: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Sides of the convex polygon around points, counter-clockwise: none has a point outside."""
+    """Return the sides of the convex polygon around points, counter-clockwise: none has a point
+    outside.
+    """
     pairs = [(a, b) for a in points for b in points if not np.array_equal(a, b)]
     return [(a, b) for a, b in pairs if all(_left_of(p, a, b) >= -1e-9 for p in points)]
 
 
 def _left_of(point: np.ndarray, begin: np.ndarray, end: np.ndarray) -> float:
-    """Distance of a point from a line, positive to its left."""
+    """Return the distance of a point from a line, positive to its left."""
     along = end - begin
     across = along[0] * (point[1] - begin[1]) - along[1] * (point[0] - begin[0])
     return float(across / np.hypot(*along))

@@ -20,7 +20,7 @@ _ROWS = {1: ("",), 2: ("H", "F"), 3: ("H", "M", "F")}
 
 
 def names_of(forward_m: ArrayLike, left_m: ArrayLike) -> tuple[str, ...]:
-    """Names of legs from the places of their hips: LH, LF, RH, RF, as Hildebrand has them.
+    """Return the names of legs from the places of their hips, after Hildebrand: LH, LF, RH, RF.
 
     L and R are left and right, H, M and F hind, middle and fore. Without a left and a right, as on
     a bar, or without hind and fore, as on a biped, that letter is left out. Legs that such letters
@@ -74,7 +74,7 @@ def reference_leg(names: Sequence[str]) -> int:
 
 
 def leg_names(body: Body) -> tuple[str, ...]:
-    """Names of a body's legs, from its hips; numbers, if it does not say where they are.
+    """Return the names of a body's legs, from its hips, or numbers if it has no places of hips.
 
     Hips are `hips_x_m`, forward, and `hips_y_m`, to the left (or `hips_z_m`, on a plate); or
     `hips_m` along a bar.
@@ -97,7 +97,7 @@ HEADING = ("time_s", "x_m", "y_m", "yaw_rad")
 
 
 def speed_ahead_m_per_s(trajectory: Trajectory, first: int) -> jax.Array:
-    """Mean speed from a frame on, in the direction in which the body looks [m/s], [lanes].
+    """Return the mean speed from a frame on, along the body's heading at each frame [m/s], [lanes].
 
     `v = Σ (Δx cos ψ + Δy sin ψ) / T`, frame by frame: of who walks backwards it is negative, and
     who walks in a circle is as fast as who walks straight.
@@ -118,7 +118,7 @@ def speed_ahead_m_per_s(trajectory: Trajectory, first: int) -> jax.Array:
 
 
 def speed_along_heading_m_per_s(trajectory: Trajectory, first: int) -> jax.Array:
-    """Mean speed from a frame on, in the direction in which the body looks then [m/s], [lanes].
+    """Return the mean speed from a frame on, along the body's heading at that frame [m/s], [lanes].
 
     `v = (Δx cos ψ + Δy sin ψ) / T` with ψ at that frame: who turns or drifts is slower.
 
@@ -197,7 +197,7 @@ def _of_four(name: str, lh: float, lf: float, rh: float, rf: float, source: str)
 def _of_six(
     name: str, left_lags: tuple[float, ...], right_lags: tuple[float, ...], source: str
 ) -> Pattern:
-    """Lags of hind, middle and fore legs, left and right."""
+    """Return the pattern with these lags of hind, middle and fore legs, left and right."""
     legs = ("LH", "LM", "LF", "RH", "RM", "RF")
     return Pattern(name, dict(zip(legs, (*left_lags, *right_lags), strict=True)), source)
 

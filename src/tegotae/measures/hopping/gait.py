@@ -80,7 +80,7 @@ class Gait:
         return Gait({name: np.asarray(v)[number].item() for name, v in self.values.items()})
 
     def tree_flatten(self) -> tuple[tuple[Numeric, ...], tuple[str, ...]]:
-        """For JAX: arrays, and their names."""
+        """Return the arrays and their names, for JAX."""
         return tuple(self.values.values()), tuple(self.values)
 
     @classmethod
@@ -418,7 +418,7 @@ def _hops_of(frames: Trajectory, rest_length_m: float) -> Hops:
 
 
 def _span(table: Hops, end_s: float, period: float, t0_s: float) -> tuple[int, int] | None:
-    """Rows of the first and last hop of the last whole cycles up to an end [s].
+    """Return the rows of the first and last hop of the last whole cycles up to an end [s].
 
     Without a limit cycle those of the second half; None with fewer than two.
     """

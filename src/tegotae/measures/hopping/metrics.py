@@ -134,7 +134,8 @@ class Episode:
         return jnp.asarray(self.trajectory.time_s) >= self.start_s[None]
 
     def mean_where(self, values: AnyArray, holds: AnyArray | bool) -> jax.Array:
-        """Mean of values [frames, lanes] over the settled frames in which something holds, [lanes].
+        """Return the mean of values [frames, lanes] over those settled frames that meet a
+        condition, [lanes].
 
         NaN where it holds in none.
         """
@@ -612,7 +613,7 @@ def phase_share(episode: Episode) -> jax.Array:
     place = place - number - 0.5
 
     def residual(bin_number: jax.Array) -> jax.Array:
-        """Variance in one bin beside a line, over all of stance."""
+        """Return the variance in one bin beside a line, over that of all of stance."""
         inside = stance & (number == bin_number)
         share = episode.mean_where(inside.astype(force.dtype), stance)
 

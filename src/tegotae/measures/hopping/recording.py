@@ -191,7 +191,7 @@ def step_of(samples: Samples) -> float:
 def frames_of(
     samples: Samples, rest_length_m: float, frame_s: float, prominence_m: float = 0.0
 ) -> Trajectory:
-    """Frames of checked samples, as `from_samples` makes them.
+    """Return the frames of checked samples, as `from_samples` makes them.
 
     Args:
         samples: from `checked_samples`.
@@ -278,7 +278,9 @@ def frames_of(
 def _apexes(
     height: np.ndarray, clearance: np.ndarray, step: float, prominence_m: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and heights [m] of the highest point of every flight that rises and falls."""
+    """Return the times [s] and heights [m] of the highest point of every flight that rises and
+    falls.
+    """
     flies = np.concatenate([[False], clearance >= 0.0, [False]])
     starts, ends = np.flatnonzero(~flies[:-1] & flies[1:]), np.flatnonzero(flies[:-1] & ~flies[1:])
     highest = np.array(
@@ -300,7 +302,7 @@ def _apexes(
 
 
 def _touchdowns(clearance: np.ndarray, step: float) -> np.ndarray:
-    """Times [s] at which the clearance over touchdown turns negative."""
+    """Return the times [s] at which the clearance over touchdown turns negative."""
     last = np.flatnonzero((clearance[:-1] >= 0.0) & (clearance[1:] < 0.0))
     return (last + clearance[last] / (clearance[last] - clearance[last + 1])) * step
 
@@ -321,7 +323,8 @@ _ROUND = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
 
 
 def noise_std(samples: np.ndarray) -> float:
-    """Standard deviation of white noise in samples of a signal that is smooth between most of them.
+    """Return the standard deviation of white noise in samples of a signal that is smooth between
+    most of them.
 
     The k-th differences of white noise of deviation σ deviate by `σ √C(2k, k)`, those of a smooth
     signal vanish as k grows. The least estimate of k = 3 ... 8 is taken, each from the median of
@@ -365,7 +368,7 @@ class Cleaned(NamedTuple):
 def cleaned(
     samples: np.ndarray, step_s: float, *, floor: float, cutoff_hz: float | None = None
 ) -> Cleaned:
-    """Samples after the low-pass that leaves the least error, as far as they hold noise.
+    """Return the samples after the low-pass of least error, as far as they hold noise.
 
     It is a Butterworth filter of fourth order, run forward and backward: no phase is shifted. At
     the cutoff one pass halves the power; together they halve the amplitude. Of all cutoffs that is
@@ -452,7 +455,7 @@ def _low_passed(
 def work_under_noise(
     force_n: np.ndarray, height_m: np.ndarray, direction: np.ndarray, step_s: float, definition: str
 ) -> np.ndarray:
-    """Running total of the work, in which noise averages out [J], [samples].
+    """Return the running total of the work, in which noise averages out [J], [samples].
 
     |F̄ Δy| of noise is work. So the signs that a definition wants are separated from the sizes:
     that of the velocity from a smoother height, that of the force from its own low-pass, where a
@@ -593,7 +596,7 @@ def _rounded_up(value: float) -> float:
 
 
 def _curvature(height: np.ndarray, step_s: float) -> float:
-    """Typical magnitude of the acceleration in the upper half [m/s²]."""
+    """Return the typical magnitude of the acceleration in the upper half [m/s²]."""
     bends = np.abs(np.diff(height, 2)) / step_s**2
     return float(np.median(bends[height[1:-1] >= np.median(height)])) or 1.0
 

@@ -23,7 +23,7 @@ def check_work(definition: str, name: str = "work") -> None:
 
 
 def work_total(trajectory: Trajectory, definition: str = "absolute") -> AnyArray:
-    """Running total of the actuator's work [J], shape [frames, lanes].
+    """Return the running total of the actuator's work [J], shape [frames, lanes].
 
     Args:
         trajectory: which has the channel `work_absolute_j`, or that of the definition.
@@ -37,7 +37,8 @@ def work_total(trajectory: Trajectory, definition: str = "absolute") -> AnyArray
 
 
 def cot_inverse(climb_m: Numeric, work_j: Numeric) -> jax.Array:
-    """Inverse cost of transport, `CoT⁻¹ = Σ heights climbed / E` [m/J] (paper equation 12).
+    """Return the inverse cost of transport, `CoT⁻¹ = Σ heights climbed / E` [m/J] (paper equation
+    12).
 
     Zero where nothing was climbed or no work was done.
 
@@ -74,7 +75,8 @@ class Spectrum(NamedTuple):
 
 
 def spectrum(height_m: AnyArray, sample_s: float, first: Numeric = 0) -> Spectrum:
-    """Power spectrum of a height [m] sampled every `sample_s` [s]: shape [samples, lanes].
+    """Return the power spectrum of a height [m] sampled every `sample_s` [s]: shape [samples,
+    lanes].
 
     The mean is removed, a Hann window applied, and the signal padded with zeros to at least four
     times its length, so that the peak can be interpolated.
@@ -104,7 +106,7 @@ def spectrum(height_m: AnyArray, sample_s: float, first: Numeric = 0) -> Spectru
 
 
 def peak(spectrum: Spectrum) -> tuple[jax.Array, jax.Array]:
-    """Frequency w_peak [rad/s] of the highest peak, and A_peak.
+    """Return the frequency w_peak [rad/s] of the highest peak, and A_peak.
 
     The peak is refined by a parabola through the logarithm of three bins. A_peak is the square
     root of the share of the power inside the peak's main lobe: 1 for a pure sinusoid.

@@ -69,7 +69,7 @@ class _SettledWalk(Objective):
     def outcome(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> WalkOutcome:
-        """Speed ahead, CoT⁻¹ and frequency of every lane.
+        """Return speed ahead, CoT⁻¹ and frequency of every lane.
 
         A change of the body for the whole episode counts, such as another mass.
         """

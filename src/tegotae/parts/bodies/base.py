@@ -132,14 +132,14 @@ class Body(Part, ABC):
 
     @abstractmethod
     def release(self, height_m: PerLane, velocity_m_per_s: PerLane) -> StateTree:
-        """The state at release, a tuple of arrays.
+        """Return the state at release, a tuple of arrays.
 
         A body that needs more to be released takes it by further names, each with a default
         (`Scenario.initial_pose`).
         """
 
     def commanded(self, state: StateTree, command: PerCommand) -> StateTree:
-        """The state at release once the first command is known: where feet are placed."""
+        """Return the state at release once the first command is known: where feet are placed."""
         return state
 
     @abstractmethod
@@ -160,10 +160,10 @@ class Body(Part, ABC):
     def advance(
         self, state: StateTree, push: Push, ground_m: PerLane, tick_s: Scalar
     ) -> tuple[StateTree, Contact]:
-        """The state one tick on under the actuator's push, and what happened on the way."""
+        """Return the state one tick on under the actuator's push, and what happened on the way."""
 
     def apply_impulse(self, state: StateTree, impulse_ns: PerLane) -> StateTree:
-        """The state after a vertical blow on the centre of mass, upwards [N s], [lanes].
+        """Return the state after a vertical blow on the centre of mass, upwards [N s], [lanes].
 
         Raises:
             TegotaeError: for a body that does not say what a blow does to it.
@@ -175,19 +175,19 @@ class Body(Part, ABC):
 
     @abstractmethod
     def failed(self, state: StateTree, ground_m: PerLane) -> MaskPerLane:
-        """True where the body can no longer move on (such as a leg of no length)."""
+        """Return True where the body can no longer move on (such as a leg of no length)."""
 
     @abstractmethod
     def height(self, state: StateTree) -> PerLane:
-        """Height of the centre of mass [m]."""
+        """Return the height of the centre of mass [m]."""
 
     @abstractmethod
     def velocity(self, state: StateTree) -> PerLane:
-        """Vertical velocity of the centre of mass [m/s]."""
+        """Return the vertical velocity of the centre of mass [m/s]."""
 
     @abstractmethod
     def energy(self, state: StateTree, ground_m: PerLane) -> PerLane:
-        """Mechanical energy, kinetic + potential (height above zero) + elastic [J]."""
+        """Return the mechanical energy, kinetic + potential (height above zero) + elastic [J]."""
 
 
 def for_limbs(of_body: T) -> T:

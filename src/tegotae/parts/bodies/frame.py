@@ -27,7 +27,8 @@ _NEWTON_STEPS = 2
 
 
 def series(derivatives: Sequence[jax.Array], time_s: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Position and velocity after a time: the Taylor series from the derivatives at its start.
+    """Return the position and velocity after a time: the Taylor series from the derivatives at its
+    start.
 
     With derivatives up to `ORDER`, and rates below 0.1 rad per tick, the remainder is below 1e-7 of
     the motion in float32, 1e-10 in float64. Unlike the closed form it needs no case distinction
@@ -53,14 +54,15 @@ class Motion(NamedTuple):
 
     @classmethod
     def linear(cls, derivatives: Sequence[jax.Array]) -> Motion:
-        """The motion of which the derivatives are known up to `ORDER`."""
+        """Return the motion of which the derivatives are known up to `ORDER`."""
         return cls(derivatives, partial(series, derivatives))
 
     @classmethod
     def integrated(
         cls, acceleration: Callable[..., jax.Array], x: jax.Array, v: jax.Array
     ) -> Motion:
-        """The motion of an acceleration a(x, ẋ, t), by a step of the classical Runge-Kutta method.
+        """Return the motion of an acceleration a(x, ẋ, t), by a step of the classical Runge-Kutta
+        method.
 
         Its local error is of fifth order in the time, where the acceleration is smooth.
         """
@@ -99,7 +101,7 @@ def crossing_time(motion: Motion, tick_s: jax.Array) -> jax.Array:
 def rise(
     x0: jax.Array, v0: jax.Array, x1: jax.Array, v1: jax.Array, time_s: jax.Array
 ) -> jax.Array:
-    """Height climbed [m] between two states less than a tick apart, ∫ max(0, ẏ) dt.
+    """Return the height climbed [m] between two states less than a tick apart, ∫ max(0, ẏ) dt.
 
     Where the velocity changes sign on the way, it is taken as linear in time.
     """
@@ -156,7 +158,7 @@ class FrameModes(NamedTuple):
     def from_turns(
         cls, turns: Sequence[Turn], total_mass_kg: float, gravity_m_per_s2: float, like: jax.Array
     ) -> FrameModes:
-        """The frame that turns in these ways, for lanes as in `like`."""
+        """Return the frame that turns in these ways, for lanes as in `like`."""
 
         def lanes(x: Number) -> jax.Array:
             return jnp.broadcast_to(jnp.asarray(x, like.dtype), like.shape)
@@ -180,7 +182,9 @@ class FrameModes(NamedTuple):
         return sum((c * q[None] for c, q in zip(self.arms[1:], modes[1:], strict=True)), modes[:1])
 
     def motion(self, law: Law, place: jax.Array, rate: jax.Array) -> list[jax.Array]:
-        """The modes and their derivatives, as many as `series` needs, each [modes, lanes]."""
+        """Return the modes and their derivatives, as many as `series` needs, each [modes,
+        lanes].
+        """
         derivatives = [place, rate]
         for n in range(ORDER[place.dtype.name] - 1):
             displaced, faster = derivatives[n:]
@@ -193,5 +197,5 @@ class FrameModes(NamedTuple):
 
 
 def in_heave(heave: jax.Array, turns: int) -> jax.Array:
-    """Modes of which heave alone is not zero: [lanes] to [modes, lanes]."""
+    """Return modes whose heave alone is not zero: [lanes] to [modes, lanes]."""
     return jnp.stack([heave] + [jnp.zeros_like(heave)] * turns)

@@ -218,11 +218,12 @@ class Hopper(Body):
         return self.rest_length_m
 
     def release(self, height_m: jax.Array, velocity_m_per_s: jax.Array) -> HopperState:
-        """State at release: height [m] and velocity [m/s]."""
+        """Return the state at release: height [m] and velocity [m/s]."""
         return HopperState(height_m, velocity_m_per_s)
 
     def sense(self, state: HopperState, ground_m: jax.Array) -> Sensation:
-        """Spring force F_k (equation 9) [N], velocity ẏ [m/s] and height above ground [m].
+        """Return the spring force F_k (equation 9) [N], velocity ẏ [m/s] and height above ground
+        [m].
 
         Networks see F_k / (m g), ẏ / √(g l0) and (y - h) / l0.
         """
@@ -235,7 +236,7 @@ class Hopper(Body):
         )
 
     def _law(self, stance: jax.Array, force_n: jax.Array, rise_n_per_s: jax.Array | float) -> Law:
-        """Stance (equation 8) or flight, lane by lane, all per mass."""
+        """Return the law of stance (equation 8) or of flight, lane by lane, all per mass."""
         inverse_mass = 1.0 / self.mass_kg
         return Law(
             jnp.where(stance, force_n * inverse_mass, 0.0) - self.gravity_m_per_s2,
@@ -264,7 +265,7 @@ class Hopper(Body):
         return jnp.clip(-(v / tick_s + acceleration), -most, most)
 
     def _motion(self, law: Law, stance: jax.Array, x: jax.Array, v: jax.Array) -> Motion:
-        """The motion in stance or in flight, lane by lane."""
+        """Return the motion in stance or in flight, lane by lane."""
         if self.is_linear:
             return Motion.linear(_derivatives(law, x, v))
         return Motion.integrated(partial(self._acceleration, law, stance), x, v)
@@ -272,7 +273,9 @@ class Hopper(Body):
     def predict(
         self, state: HopperState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[HopperState, jax.Array, jax.Array]:
-        """The state one tick on with the acceleration held, and the stance part of the tick."""
+        """Return the state one tick on with the acceleration held, and the stance part of the
+        tick.
+        """
         x0, v0 = state.height - (self.rest_length_m + ground_m), state.velocity
         stance = x0 < 0.0
         law = self._law(stance, force_n, 0.0)
@@ -287,7 +290,8 @@ class Hopper(Body):
     def advance(
         self, state: HopperState, push: Push, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[HopperState, Contact]:
-        """The state one tick on under the actuator's push, with touchdown or lift-off located.
+        """Return the state one tick on under the actuator's push, with touchdown or lift-off
+        located.
 
         Where the spring is linear, both modes are, so the motion is exact up to rounding; that of
         another spring is integrated (`Motion`). A change of mode is located inside the tick, and
@@ -347,15 +351,15 @@ class Hopper(Body):
         return state._replace(velocity=state.velocity + impulse_ns / self.mass_kg)
 
     def failed(self, state: HopperState, ground_m: jax.Array) -> jax.Array:
-        """True where the leg has no length left, `y <= h`."""
+        """Return True where the leg has no length left, `y <= h`."""
         return state.height - ground_m <= 0.0
 
     def height(self, state: HopperState) -> jax.Array:
-        """Height of the mass y [m]."""
+        """Return the height of the mass y [m]."""
         return state.height
 
     def velocity(self, state: HopperState) -> jax.Array:
-        """Velocity of the mass ẏ [m/s]."""
+        """Return the velocity of the mass ẏ [m/s]."""
         return state.velocity
 
     def energy(self, state: HopperState, ground_m: jax.Array) -> jax.Array:

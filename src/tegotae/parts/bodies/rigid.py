@@ -80,7 +80,7 @@ class Bar(Upright):
         pitch_rad: Number = 0.0,
         pitch_rate_rad_per_s: Number = 0.0,
     ) -> UprightState:
-        """State at release: heave, pitch and their rates."""
+        """Return the state at release: heave, pitch and their rates."""
         return self._released((height_m, pitch_rad), (velocity_m_per_s, pitch_rate_rad_per_s))
 
 
@@ -198,7 +198,7 @@ class Plate(Upright):
         twist_rad: Number | None = None,
         twist_rate_rad_per_s: Number | None = None,
     ) -> UprightState:
-        """State at release: heave, pitch, roll, with a spine the twist, and their rates.
+        """Return the state at release: heave, pitch, roll, with a spine the twist, and their rates.
 
         Raises:
             TegotaeError: for a twist of a plate that does not twist.
@@ -217,7 +217,7 @@ class Plate(Upright):
 
 
 def _typical(arms: tuple[float, ...]) -> float:
-    """The root of their mean square [m]; of hips at ±a it is a."""
+    """Return the root mean square of the lengths [m]; for hips at ±a it is a."""
     return (sum(arm**2 for arm in arms) / len(arms)) ** 0.5
 
 

@@ -51,7 +51,7 @@ class _Passed(NamedTuple):
 
     @classmethod
     def zero(cls, over: jax.Array) -> _Passed:
-        """The tick begins: for hips at these heights over touchdown."""
+        """Return the values at the start of a tick, for hips at these heights over touchdown."""
         legs, lanes = jnp.zeros_like(over), jnp.zeros_like(over[0])
         none = jnp.full_like(lanes, jnp.nan)
         return cls(lanes, legs, legs, jnp.full_like(over, jnp.nan), lanes, lanes, none, none)
@@ -178,7 +178,7 @@ class Upright(Body):
     def _released(
         self, place: tuple[PerLane, *tuple[Number, ...]], rate: tuple[PerLane, *tuple[Number, ...]]
     ) -> UprightState:
-        """The state with heave and turns at these values."""
+        """Return the state with heave and turns at these values."""
 
         def modes(values: tuple[PerLane, *tuple[Number, ...]]) -> jax.Array:
             return jnp.stack([jnp.zeros_like(values[0]) + x for x in values])
@@ -186,7 +186,7 @@ class Upright(Body):
         return UprightState(modes(place), modes(rate))
 
     def hips(self, state: UprightState) -> jax.Array:
-        """Heights of the hips y_i [m], [limbs, lanes]."""
+        """Return the heights of the hips y_i [m], [limbs, lanes]."""
         return self._frame(state.place[0]).hips(state.place)
 
     def _frame(self, like: jax.Array) -> FrameModes:
@@ -198,7 +198,7 @@ class Upright(Body):
         return in_heave(rest_height, len(self.turns))
 
     def _over_touchdown(self, state: UprightState, ground_m: jax.Array) -> jax.Array:
-        """Heights of the hips over touchdown d_i [m], [limbs, lanes]."""
+        """Return the heights of the hips over touchdown d_i [m], [limbs, lanes]."""
         frame = self._frame(state.place[0])
         return frame.hips(state.place - self._touchdown(state, ground_m))
 
@@ -261,7 +261,9 @@ class Upright(Body):
     def predict(
         self, state: UprightState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[UprightState, jax.Array, jax.Array]:
-        """The state one tick on with the accelerations held, and the stance part of the tick."""
+        """Return the state one tick on with the accelerations held, and the stance part of the
+        tick.
+        """
         frame = self._frame(state.place[0])
         place = state.place - self._touchdown(state, ground_m)
         over = frame.hips(place)
@@ -279,7 +281,8 @@ class Upright(Body):
     def advance(
         self, state: UprightState, push: Push, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[UprightState, Contact]:
-        """The state one tick on under the actuators' pushes, every leg's change of mode located.
+        """Return the state one tick on under the actuators' pushes, every leg's change of mode
+        located.
 
         In between all is linear, so the motion is exact up to rounding. Each leg changes its mode
         at most once a tick, the earliest first; the force of one that does is held at its mean.
@@ -368,12 +371,12 @@ class Upright(Body):
         return state._replace(rate=state.rate.at[0].set(heave))
 
     def failed(self, state: UprightState, ground_m: jax.Array) -> jax.Array:
-        """True where a leg has no length left."""
+        """Return True where a leg has no length left."""
         over = self._over_touchdown(state, ground_m)
         return (over + _per_limb(self.rest_length_m, over) <= 0.0).any(axis=0)
 
     def height(self, state: UprightState) -> jax.Array:
-        """Heave y [m]."""
+        """Return the heave y [m]."""
         return state.place[0]
 
     def velocity(self, state: UprightState) -> jax.Array:

@@ -75,22 +75,22 @@ class BodyWrapper(Body):
     def release(
         self, height_m: PerLane, velocity_m_per_s: PerLane, **initial_pose: Number
     ) -> StateTree:
-        """The state at release; an initial pose is the body's."""
+        """Return the state at release; an initial pose is the body's."""
         state = self.body.release(height_m, velocity_m_per_s, **initial_pose)
         return self.released(state, jnp.zeros_like(height_m))
 
     @abstractmethod
     def released(self, state: StateTree, zero: PerLane) -> StateTree:
-        """The state at release, of that of the body within and of a zero in every lane."""
+        """Return the state at release, from that of the body within and a zero in every lane."""
 
     def before(self, state: StateTree, tick_s: Scalar) -> StateTree:
-        """The state with what happens to the body at the beginning of a tick."""
+        """Return the state after the effects on the body at the beginning of a tick."""
         return state
 
     def after(
         self, state: StateTree, body: StateTree, ground_m: PerLane, tick_s: Scalar
     ) -> StateTree:
-        """The state at the end of a tick, at which the body within is in the state `body`."""
+        """Return the state at the end of a tick, with the body within in the state `body`."""
         return state._replace(body=body)
 
     def predict(
@@ -204,7 +204,7 @@ class Actuators(BodyWrapper):
             )
 
     def released(self, state: StateTree, zero: PerLane) -> ActuatorsState:
-        """Nothing is reached yet."""
+        """Return the state at release, when nothing is reached yet."""
         commands = () if self.COMMANDS == FORCE else (len(self.COMMANDS),)
         shape = (*commands, *self.limb_shape, *jnp.shape(zero))
         return ActuatorsState(state, jnp.zeros(shape, zero.dtype))
@@ -217,7 +217,9 @@ class Actuators(BodyWrapper):
     def _follow(
         self, reached: jax.Array, aim: jax.Array, tick_s: jax.Array
     ) -> tuple[jax.Array, jax.Array]:
-        """Mean over a tick, and what is reached at its end, of a command that is held at `aim`."""
+        """Return the mean over a tick, and the value at its end, under a command that is held
+        at `aim`.
+        """
         lag = wide(self.lag_s, reached)
         late = jnp.broadcast_to(lag > 0.0, reached.shape)
         rate = tick_s / jnp.where(lag > 0.0, lag, 1.0)
@@ -230,7 +232,7 @@ class Actuators(BodyWrapper):
     def predict(
         self, state: ActuatorsState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[ActuatorsState, jax.Array, jax.Array]:
-        """The body's guess, under what the actuators would deliver."""
+        """Predict the body's state under what the actuators would deliver."""
         mean, end = self._follow(state.reached, force_n, tick_s)
         arrives = (mean if self.COMMANDS == FORCE else end) * wide(self.strength, mean)
         guess, begins, ends = self.body.predict(state.body, arrives, ground_m, tick_s)
@@ -239,7 +241,7 @@ class Actuators(BodyWrapper):
     def advance(
         self, state: ActuatorsState, push: Push, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[ActuatorsState, Contact]:
-        """The body one tick on, under what the actuators deliver."""
+        """Advance the body by a tick under what the actuators deliver."""
         mean, end = self._follow(state.reached, push.mean_n, tick_s)
         delivered = Push(end, push.rise_n)  # a place, at the tick's end
         if self.COMMANDS == FORCE:
@@ -336,7 +338,7 @@ class Sensors(BodyWrapper):
     def after(
         self, state: SensorsState, body: StateTree, ground_m: PerLane, tick_s: Scalar
     ) -> SensorsState:
-        """The body's state, and what the sensors report of it."""
+        """Return the body's state and the sensors' reports of it."""
         readings = self.body.sense(body, ground_m).values
         felt = {
             name: jnp.concatenate([readings[name][None], x[:-1]]) for name, x in state.felt.items()
@@ -347,7 +349,7 @@ class Sensors(BodyWrapper):
 
 
 def _delayed(past: jax.Array, late: Number) -> jax.Array:
-    """The past, newest first, so many ticks ago; linear between them."""
+    """Return the value so many ticks ago, from the past, newest first; linear between them."""
     value = past[0]
     for ago in range(1, len(past)):
         share = jnp.clip(late - (ago - 1), 0.0, 1.0)
@@ -356,7 +358,9 @@ def _delayed(past: jax.Array, late: Number) -> jax.Array:
 
 
 def _normal(like: jax.Array, tick: jax.Array, seed: jax.Array, sense: int) -> jax.Array:
-    """Normal numbers that follow from tick, seed, sense and limb alone, of the shape of `like`."""
+    """Return normal numbers that depend on tick, seed, sense and limb alone, of the shape of
+    `like`.
+    """
     limb = iota(jnp.uint32, like.shape, 0) if like.ndim > 1 else jnp.uint32(0)
     start = jax.lax.bitcast_convert_type(seed.astype(jnp.float32), jnp.uint32)
     bits = _mixed(start ^ _mixed(tick.astype(jnp.uint32) + jnp.uint32(sense * 0x9E3779B9 % 2**32)))
@@ -413,7 +417,7 @@ class Blows(BodyWrapper):
             require_finite("at_s", self.at_s, least=0.0)
 
     def released(self, state: StateTree, zero: PerLane) -> BlowsState:
-        """No tick has been."""
+        """Return the state at release, before any tick."""
         return BlowsState(state, zero)
 
     def before(self, state: BlowsState, tick_s: Scalar) -> BlowsState:
@@ -454,17 +458,17 @@ class Pushes(BodyWrapper):
     push_z_n: float = finite(0.0)
 
     def released(self, state: StateTree, zero: PerLane) -> PushesState:
-        """The body's state alone."""
+        """Return the body's state alone."""
         return PushesState(state)
 
     def before(self, state: PushesState, tick_s: Scalar) -> PushesState:
-        """The body with half of the impulse."""
+        """Apply half of the impulse to the body."""
         return PushesState(self._pushed(state.body, tick_s))
 
     def after(
         self, state: PushesState, body: StateTree, ground_m: PerLane, tick_s: Scalar
     ) -> PushesState:
-        """The body with the other half."""
+        """Apply the other half of the impulse to the body."""
         return PushesState(self._pushed(body, tick_s))
 
     def _pushed(self, body: StateTree, tick_s: Scalar) -> StateTree:

@@ -36,7 +36,7 @@ OSCILLATORS: dict[str, Oscillator] = {
 
 
 def oscillator_named(name: str) -> Oscillator:
-    """The oscillator of that name.
+    """Return the oscillator of that name.
 
     Raises:
         TegotaeError: for an unknown name, with the nearest ones.

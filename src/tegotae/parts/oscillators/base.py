@@ -66,12 +66,12 @@ class Oscillator(Part, ABC):
         return numbered(self.n_weights)
 
     def initial(self, key: jax.Array) -> WeightVector:
-        """Random weights to start training from, shape [n_weights]."""
+        """Return random weights to start training from, shape [n_weights]."""
         return jnp.zeros((self.n_weights,))
 
     @abstractmethod
     def start(self, phase_rad: PerLimb) -> StateTree:
-        """The state at phase `phase_rad` [rad]; without a phase, any that it leads to.
+        """Return the state at phase `phase_rad` [rad]; without a phase, any state that it leads to.
 
         What `STATE` names are further arguments; without them it is at or near the limit cycle.
         """
@@ -94,11 +94,11 @@ class Oscillator(Part, ABC):
         """
 
     def phase(self, state: StateTree) -> PerLimb:
-        """The phase φ [rad]; it may be unwrapped within one control tick."""
+        """Return the phase φ [rad]; it may be unwrapped within one control tick."""
         raise TegotaeError(f"{type(self).__name__} has no phase")
 
     def sin_cos(self, state: StateTree) -> tuple[PerLimb, PerLimb]:
-        """Sine and cosine of the phase."""
+        """Return the sine and cosine of the phase."""
         return maths.sin_cos(self.phase(state))
 
     def signals(self, state: StateTree) -> dict[str, PerLimb]:
@@ -107,7 +107,9 @@ class Oscillator(Part, ABC):
         return {"sin_phase": sine, "cos_phase": cosine}
 
     def settle(self, state: StateTree) -> StateTree:
-        """The same state, in the form kept between ticks (such as a phase wrapped to [0, 2π))."""
+        """Return the same state in the form kept between ticks (such as a phase wrapped to [0,
+        2π)).
+        """
         return state
 
     @property
@@ -123,7 +125,7 @@ class Oscillator(Part, ABC):
         return self.has_phase and len(leaves) == 1 + len(self.STATE)
 
     def in_units(self, time_s: float) -> Oscillator:
-        """The same where 1 s of its own is `time_s` [s].
+        """Return the same oscillator with a time unit of `time_s` [s].
 
         Raises:
             TegotaeError: for one with rates of its own; a subclass that knows how scales them.
@@ -172,7 +174,7 @@ class PhaseOscillator(Oscillator):
     slowest_rad_per_s: float | None = None
 
     def start(self, phase_rad: jax.Array) -> PhaseState:
-        """State at phase φ [rad]."""
+        """Return the state at phase φ [rad]."""
         return PhaseState(maths.wrap_phase(phase_rad))
 
     def rate(
@@ -189,7 +191,7 @@ class PhaseOscillator(Oscillator):
         return state.phase
 
     def in_units(self, time_s: float) -> PhaseOscillator:
-        """The same where 1 s is `time_s` [s]."""
+        """Return the same oscillator with a time unit of `time_s` [s]."""
         slowest = self.slowest_rad_per_s
         return PhaseOscillator(None if slowest is None else slowest / time_s)
 

@@ -82,7 +82,7 @@ class Matsuoka(Planar):
         return lower + self.inhibition_share * (1.0 + self.adaptation - lower)
 
     def cycle(self) -> Cycle:
-        """Frequency and amplitude for τ = 1, by harmonic balance (Matsuoka 2011):
+        """Return the frequency and amplitude for τ = 1, by harmonic balance (Matsuoka 2011):
 
             ω = √[((1 + T) b - a) / a] / T,   A = 1 / (ρ + (a + b) L(ρ)),   K(ρ) = (1 + T) / (T a),
 
@@ -124,7 +124,7 @@ class Matsuoka(Planar):
         return cycle.amplitude * x, cycle.fatigue * cos_lag * (x + cycle.lag * y)
 
     def free(self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb) -> StateTree:
-        """The neurons' equations in the means and differences of the two."""
+        """Return the neurons' equations in the means and differences of the two."""
         _, radius, mean_u, mean_v = state
         cycle = self.cycle()
         half_u, half_v = self._differences(radius * cosine, radius * sine)

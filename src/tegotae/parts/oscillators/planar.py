@@ -71,7 +71,9 @@ class Planar(Oscillator):
         return {"radius": 1.0}
 
     def start(self, phase_rad: PerLimb, **state: PerLimb) -> StateTree:
-        """State at phase φ [rad]; at or near the limit cycle but for what is named."""
+        """Return the state at phase φ [rad], at or near the limit cycle apart from the named
+        values.
+        """
         near = {name: jnp.full_like(phase_rad, value) for name, value in self.on_cycle.items()}
         return self.State(maths.wrap_phase(phase_rad), **{**near, **state})
 
@@ -80,7 +82,7 @@ class Planar(Oscillator):
         """Time derivative of the state without feedback, at frequency `omega` [rad/s]."""
 
     def input_axis(self) -> tuple[float, float]:
-        """Direction b of the input in the plane."""
+        """Return the direction b of the input in the plane."""
         return 0.0, 1.0
 
     def entering(
@@ -95,7 +97,7 @@ class Planar(Oscillator):
     def rate(
         self, state: StateTree, omega: PerLimb, feedback: PerLimb, weights: Weights = ()
     ) -> StateTree:
-        """Free motion and feedback together."""
+        """Return the rate of free motion and feedback together."""
         sine, cosine = maths.sin_cos(state[0])
         free = self.free(state, sine, cosine, self.pace * omega)
         turning, growing = self.entering(state, sine, cosine, feedback)
@@ -214,13 +216,13 @@ class AdaptiveHopf(Hopf):
     def rate(
         self, state: StateTree, omega: PerLimb, feedback: PerLimb, weights: Weights = ()
     ) -> StateTree:
-        """Free motion and feedback together; the frequency learns."""
+        """Return the rate of free motion and feedback together; the frequency learns."""
         turning, _ = self.entering(state, *maths.sin_cos(state[0]), feedback)
         rate = super().rate(state, omega, feedback)
         return rate._replace(shift_rad_per_s=self.learning_per_s * turning)
 
     def decay_per_s(self, omega: float) -> float:
-        """The faster of radius and frequency."""
+        """Return the faster decay rate of radius and frequency."""
         return max(super().decay_per_s(omega), self.learning_per_s)
 
 
@@ -260,7 +262,7 @@ class VanDerPol(Planar):
     mu: float = finite(1.0, least=0.0, most=5.0)
 
     def free(self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb) -> StateTree:
-        """The equations in polar coordinates."""
+        """Return the equations in polar coordinates."""
         _, radius = state
         x = radius * cosine
         strain = self.mu * (1.0 - 4.0 * x * x)

@@ -56,7 +56,9 @@ class WaryOscillator(Oscillator):
     fall_s: float = positive(18.0)
 
     def start(self, phase_rad: jax.Array, alarm_rad_per_s: jax.Array | None = None) -> WaryState:
-        """State at phase φ [rad] and alarm [rad/s], calm if none is given, [(limbs,) lanes]."""
+        """Return the state at phase φ [rad] and alarm [rad/s], calm by default, [(limbs,)
+        lanes].
+        """
         calm = jnp.zeros_like(phase_rad)
         alarm = calm if alarm_rad_per_s is None else alarm_rad_per_s
         return WaryState(maths.wrap_phase(phase_rad), alarm)
@@ -87,7 +89,7 @@ class WaryOscillator(Oscillator):
         return 1.0 / min(self.rise_s, self.fall_s)
 
     def in_units(self, time_s: float) -> WaryOscillator:
-        """The same where 1 s is `time_s` [s]."""
+        """Return the same oscillator with a time unit of `time_s` [s]."""
         fast, rise, fall = self.fast_rad_per_s, self.rise_s, self.fall_s
         return WaryOscillator(
             fast_rad_per_s=fast / time_s, rise_s=rise * time_s, fall_s=fall * time_s

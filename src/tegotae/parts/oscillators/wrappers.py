@@ -76,7 +76,7 @@ class Clamped(OscillatorWrapper):
         return jax.tree.map(jnp.zeros_like, state)
 
     def decay_per_s(self, omega: float) -> float:
-        """None: nothing moves."""
+        """Return None: nothing moves."""
         return 0.0
 
 
@@ -142,11 +142,11 @@ class Learned(OscillatorWrapper):
         return tuple((name,) for name in self.names)
 
     def initial(self, key: jax.Array) -> jax.Array:
-        """Near the oscillator within: normal, of standard deviation 0.3."""
+        """Return weights near the oscillator within: normal, of standard deviation 0.3."""
         return _SPREAD * jax.random.normal(key, (self.n_weights,))
 
     def with_weights(self, weights: Sequence[Number]) -> Planar:
-        """The oscillator within, with the parameters that the weights say."""
+        """Return the oscillator within, with the parameters from the weights."""
         oscillator = self._planar
         for (name, bounds), weight in zip(oscillator.RANGES.items(), weights, strict=True):
             oscillator = changed(oscillator, name, partial(_moved, bounds=bounds, weight=weight))

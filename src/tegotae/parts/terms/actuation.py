@@ -66,7 +66,7 @@ class Actuation(Term):
 
     @abstractmethod
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
-        """The smooth part of the force [N], or what else `COMMANDS` names."""
+        """Return the smooth part of the force [N], or another command of `COMMANDS`."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class Sector(Actuation):
         return _within_sector(self.start_rad, width, phase_start, phase_end)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
-        """No smooth part."""
+        """Return no smooth part."""
         return jnp.zeros_like(signals["feedback"])
 
 
@@ -151,7 +151,7 @@ class FreeSector(Actuation):
         return _within_sector(weights[0], width, phase_start, phase_end)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
-        """No smooth part."""
+        """Return no smooth part."""
         return jnp.zeros_like(signals["feedback"])
 
 
@@ -176,7 +176,7 @@ class FreeSectorAndReflex(FreeSector):
         return jnp.concatenate([super().initial(key), jnp.ones((1,))])
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
-        """The reflex part."""
+        """Return the reflex part."""
         return -weights[2] * jnp.minimum(signals["feedback"], 0.0)
 
 
@@ -232,7 +232,7 @@ class SectorAndReflex(Sector):
     newtons_per_feedback: float = positive(1.0)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
-        """The reflex part."""
+        """Return the reflex part."""
         return _reflex(signals["feedback"], self.newtons_per_feedback)
 
 

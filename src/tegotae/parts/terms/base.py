@@ -84,12 +84,12 @@ class Term(Part, ABC):
         return tuple((name,) for name in self.WEIGHTS) or numbered(self.n_weights)
 
     def initial(self, key: jax.Array) -> WeightVector:
-        """Random weights to start training from, shape [n_weights]."""
+        """Return random weights to start training from, shape [n_weights]."""
         return jnp.zeros((self.n_weights,))
 
     @abstractmethod
     def __call__(self, weights: Weights, signals: Signals) -> PerCommand:
-        """The term's value, elementwise.
+        """Return the term's value, elementwise.
 
         Args:
             weights: n_weights arrays, each like the lanes.

@@ -86,7 +86,9 @@ class TunedFoot(Actuation):
     start: EllipticFoot = a_part(EllipticFoot, "an EllipticFoot", EllipticFoot)
 
     def initial(self, key: jax.Array) -> jax.Array:
-        """The numbers of the ellipse to start from, and zeros for all else, whatever the key."""
+        """Return the numbers of the ellipse to start from, and zeros for all else, whatever the
+        key.
+        """
         return jnp.array([getattr(self.start, name, 0.0) for name in self.WEIGHTS])
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
@@ -284,7 +286,7 @@ class LearnedFoot(Actuation):
         return tuple(path for name in FOOT for path in inside((name,), names))
 
     def initial(self, key: jax.Array) -> jax.Array:
-        """Random weights to start training from, shape [n_weights]."""
+        """Return random weights to start training from, shape [n_weights]."""
         return jnp.concatenate([self._network.initial(subkey) for subkey in jax.random.split(key)])
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
@@ -310,7 +312,7 @@ class AddedToEllipse(Actuation):
         return tuple(dict.fromkeys((*self.around.reads, *super().reads)))
 
     def initial(self, key: jax.Array) -> jax.Array:
-        """Those of the networks, but for their outputs, which are zero; shape [n_weights]."""
+        """Return the weights of the networks, zero for their outputs, shape [n_weights]."""
         outputs = jnp.array(["output" in path for path in self.weight_names])
         return jnp.where(outputs, 0.0, super().initial(key))
 

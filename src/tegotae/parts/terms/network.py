@@ -30,7 +30,7 @@ as fast, and compiles in the same time for ten thousand weights as for a hundred
 
 
 def as_read(inputs: Sequence[str]) -> tuple[str, ...]:
-    """Inputs of a network, the phase as its sine and cosine."""
+    """Return the inputs of a network, the phase as its sine and cosine."""
     pairs = {PHASE: ("sin_phase", "cos_phase")}
     return tuple(name for signal in inputs for name in pairs.get(signal, (signal,)))
 
@@ -82,14 +82,16 @@ class Network(Term):
         return tuple(("neuron", j, name) for j in range(self.hidden) for name in entries)
 
     def initial(self, key: jax.Array) -> jax.Array:
-        """Normal weights of standard deviation 1/√inputs (output: 1/√h), biases normal(0, 0.5)."""
+        """Return normal weights of standard deviation 1/√inputs (output: 1/√h), biases
+        normal(0, 0.5).
+        """
         n_inputs = len(self.reads)
         per_neuron = jnp.array([n_inputs**-0.5] * n_inputs + [0.5, self.hidden**-0.5])
         normal = jax.random.normal(key, (self.hidden, n_inputs + 2))
         return (normal * per_neuron[None, :]).reshape(-1)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
-        """The network's output. Neuron j owns a run of weights: w_j1 ... w_jn, b_j, v_j."""
+        """Return the network's output. Neuron j owns a run of weights: w_j1 ... w_jn, b_j, v_j."""
         x = [signals.dimensionless(name) for name in self.reads]
         stride = len(x) + 2
         written_out = self.hidden

@@ -98,14 +98,16 @@ class WholeBody(Actuation):
         return tuple(("neuron", j, *path) for j in range(self.hidden) for path in entries)
 
     def initial(self, key: jax.Array) -> jax.Array:
-        """Normal weights of standard deviation 1/√inputs (output: 1/√h), biases normal(0, 0.5)."""
+        """Return normal weights of standard deviation 1/√inputs (output: 1/√h), biases
+        normal(0, 0.5).
+        """
         inputs = [self.n_inputs**-0.5] * self.n_inputs
         per_neuron = jnp.array([*inputs, 0.5, *[self.hidden**-0.5] * self._outputs])
         normal = jax.random.normal(key, (self.hidden, len(per_neuron)))
         return (normal * per_neuron[None, :]).reshape(-1)
 
     def outputs(self, weights: Weights, signals: Signals) -> jax.Array:
-        """Every command of every leg, [commands, limbs, lanes]."""
+        """Return every command of every leg, [commands, limbs, lanes]."""
         legs = [signals.dimensionless(name) for name in as_read(self.of_each)]
         body = [signals.dimensionless(name)[0] for name in as_read(self.of_body)]
         x = [felt[leg] for felt in legs for leg in range(self.limbs)] + body
@@ -123,7 +125,7 @@ class WholeBody(Actuation):
         return total.reshape(len(self.COMMANDS), self.limbs, *total.shape[1:])
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
-        """The forces [N], [limbs, lanes]."""
+        """Return the forces [N], [limbs, lanes]."""
         return self.outputs(weights, signals)[0]
 
 

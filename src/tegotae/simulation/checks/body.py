@@ -217,7 +217,7 @@ def _check_small_ticks(trial: _BodyTrial) -> None:
         return [np.asarray(x) for x in (*sensed.values(), *moves)]
 
     def gaps(tick_s: float) -> tuple[np.ndarray, np.ndarray]:
-        """Programs that the checks of the methods have compiled are used again."""
+        """Return the gaps, computed with programs that the checks of the methods have compiled."""
         tick = jnp.asarray(tick_s, "float64")
         # A body may guess from what its last tick was like.
         begun, _ = trial.attempt(".advance", _advance, body, released, force, ground, tick)
@@ -247,7 +247,9 @@ def _check_small_ticks(trial: _BodyTrial) -> None:
 
 
 def _check_energy(trial: _BodyTrial) -> None:
-    """Over 2 s, with and without force, the energy rises by no more than the actuator's work."""
+    """Require that over 2 s, with and without force, the energy rises by no more than the
+    actuator's work.
+    """
     body, start, ground, tick = trial.body, trial.state, trial.ground, trial.tick
 
     @jit

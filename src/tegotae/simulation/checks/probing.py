@@ -200,7 +200,7 @@ class PartTrial:
         )
 
     def lanes(self, low: float, high: float, seed: int) -> jax.Array:
-        """Trial values, all different, in [low, high)."""
+        """Return trial values, all different, in [low, high)."""
         return jnp.asarray(np.random.default_rng(seed).uniform(low, high, LANES), self.dtype)
 
 

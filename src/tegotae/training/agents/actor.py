@@ -87,7 +87,7 @@ class TermModule(nn.Module):
         self.scales = [observed.scales.get(name, 1.0) for name in term.reads]
 
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
-        """Observations [batch, columns] to the term's value, [batch] or [1]."""
+        """Map observations [batch, columns] to the term's value, [batch] or [1]."""
         return _FORWARD[type(self.term)](self, observations[:, self.columns])
 
 
@@ -131,7 +131,7 @@ class JaxTermModule(TermModule):
         self.value, self.pull = jax.jit(value), jax.jit(pull)
 
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
-        """Observations [batch, columns] to the term's value, [batch]."""
+        """Map observations [batch, columns] to the term's value, [batch]."""
         return _ThroughJax.apply(self.weights, observations[:, self.columns], self)
 
 
@@ -190,7 +190,7 @@ class Feedback(nn.Module):
         self.terms = nn.ModuleList(terms)
 
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
-        """Observations [batch, columns] to G A′ R / L, [batch, limbs]."""
+        """Map observations [batch, columns] to G A′ R / L, [batch, limbs]."""
         if self.limbs > 1:
             inputs = observations[:, : self.columns]
             observations = inputs.reshape(len(inputs) * self.limbs, -1)
@@ -251,7 +251,7 @@ class _StateIndependent(nn.Module):
         self.value = nn.Parameter(torch.tensor([value]))
 
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
-        """Observations [batch, columns] to the number, [batch, 1]."""
+        """Map observations [batch, columns] to the number, [batch, 1]."""
         return self.value.expand(observations.shape[0], 1)
 
 

@@ -157,7 +157,9 @@ def learn(
 
 @contextmanager
 def _on_one_thread(feedback: Feedback, seed: int, episodes: int) -> Iterator[None]:
-    """Networks as small as these lose by sharing. Weights that are no numbers are noticed here."""
+    """Compute on one thread, since such small networks lose by sharing; detect weights that are
+    no numbers.
+    """
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
     try:

@@ -212,7 +212,7 @@ class StepReward:
     """Rewards of an agent: the environment's own, whose sum is the return."""
 
     def begin(self, observation: np.ndarray, where: np.ndarray) -> None:
-        """New episodes of some lanes.
+        """Begin new episodes of some lanes.
 
         Args:
             observation: what is observed at their start, [lanes, entries].

@@ -69,7 +69,7 @@ class EnvEvaluator(Evaluator):
         return len(self._experiment.evaluation_starts)
 
     def scored(self, weights: np.ndarray, per_seed: int, generation: Generation) -> Scores:
-        """Scores of rows of weights."""
+        """Evaluate rows of weights."""
         experiment, (going, rows, n_weights) = self._experiment, weights.shape
         fixed = np.tile(experiment.evaluation_starts, ((rows - per_seed) // self.repeats, 1))
         going_on = [s for s, goes in zip(generation.seeds, generation.going, strict=True) if goes]
@@ -87,7 +87,7 @@ class EnvEvaluator(Evaluator):
         )
 
     def mean(self, values: np.ndarray) -> np.ndarray:
-        """Means over the last axis, in an order of summation that kept trainings have."""
+        """Return the means over the last axis, in the order of summation of kept trainings."""
         return np.add.reduceat(values, [0], axis=-1)[..., 0] / values.shape[-1]
 
     def _tried(self, weights: np.ndarray, starts: np.ndarray, limit: int) -> Trials:
@@ -110,7 +110,7 @@ class EnvEvaluator(Evaluator):
         )
 
     def _warn(self, trials: Trials) -> None:
-        """Say once of each kind of trouble that it happened."""
+        """Warn once about each kind of error."""
         happened = Counter(trouble for trouble in trials.troubles if trouble)
         env, count = self._experiment.spec.env, len(trials.troubles)
         for trouble, times in happened.items():
@@ -167,7 +167,7 @@ class WorkerPool:
         self._workers = [_EnvWorker(experiment, lanes) for _ in range(size)]
 
     def try_out(self, weights: np.ndarray, starts: np.ndarray | None = None) -> Trials:
-        """Scores of candidates.
+        """Evaluate candidates.
 
         Args:
             weights: [candidates, n_weights].

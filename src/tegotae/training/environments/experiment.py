@@ -281,7 +281,7 @@ class EnvExperiment(Part):
         return (self.seed + np.arange(count)).reshape(-1, self.episodes)
 
     def starts(self, *key: int) -> np.ndarray:
-        """Seeds of the resets of a candidate's episodes, [1, episodes].
+        """Return the seeds of the resets of a candidate's episodes, [1, episodes].
 
         Args:
             key: of the draw, such as the run's seed and the generation; of no effect where all

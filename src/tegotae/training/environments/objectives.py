@@ -102,7 +102,7 @@ class EnvObjective(ABC):
 
     @abstractmethod
     def score(self, record: EpisodeBatch, wiring: Wiring) -> Scores:
-        """Scores of every lane."""
+        """Return the scores of every lane."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class Return(EnvObjective):
     NAME = "Return"
 
     def score(self, record: EpisodeBatch, wiring: Wiring) -> Scores:
-        """Scores of every lane; an episode that ends early has not failed by that."""
+        """Return the scores of every lane; an early end of an episode is no failure."""
         total = record.reward.sum(axis=0)
         return Scores(total, np.full(total.shape, np.nan), np.zeros(total.shape, bool))
 
@@ -165,7 +165,7 @@ class Hopping(EnvObjective):
                 )
 
     def entries(self, wiring: Wiring) -> tuple[str, ...]:
-        """Height and work."""
+        """Return the names of height and work."""
         work = (getattr(wiring, entry) for entry in ENTRY_OF_WORK.values())
         return tuple(filter(None, (wiring.height, *work)))
 
@@ -174,7 +174,7 @@ class Hopping(EnvObjective):
         return Fitness(settle_s=self.settle_s, follow_omega=self.follow_omega, work=self.work)
 
     def score(self, record: EpisodeBatch, wiring: Wiring) -> Scores:
-        """Scores of every lane.
+        """Return the scores of every lane.
 
         Raises:
             TegotaeError: for what is not measured.
@@ -246,7 +246,7 @@ class UserObjective(EnvObjective):
         load_object(self.function, type(lambda: None), "fitness")
 
     def score(self, record: EpisodeBatch, wiring: Wiring) -> Scores:
-        """Scores of every lane; one without an episode has failed.
+        """Return the scores of every lane; one without an episode has failed.
 
         Raises:
             TegotaeError: if the function fails, or returns no number.

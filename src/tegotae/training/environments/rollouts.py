@@ -273,7 +273,7 @@ class Trials(NamedTuple):
 
     @classmethod
     def joined(cls, parts: Sequence[Trials]) -> Trials:
-        """Several of them as one."""
+        """Join several of them to one."""
         return cls(*map(np.concatenate, zip(*parts, strict=True)))
 
 
@@ -301,7 +301,7 @@ class EnvRollouts:
         starts: np.ndarray | None = None,
         troubles: Sequence[str] | None = None,
     ) -> Trials:
-        """Scores of candidates.
+        """Evaluate candidates.
 
         Args:
             weights: [candidates, n_weights], at most `lanes` of them.

@@ -72,7 +72,7 @@ class Configuration:
 
 
 def configuration_names() -> list[str]:
-    """Names of the configurations that come with the package."""
+    """Return the names of the configurations that come with the package."""
     files = resources.files(__name__).iterdir()
     return sorted(file.name[:-5] for file in files if file.name.endswith(".json"))
 

@@ -92,7 +92,8 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         pitch_rate_rad_per_s: Number = 0.0,
         roll_rate_rad_per_s: Number = 0.0,
     ) -> WalkerState:
-        """State at release: the centre of mass over the origin, moving forward at a speed [m/s].
+        """Return the state at release: the centre of mass over the origin, moving forward at a
+        speed [m/s].
 
         Its height is that over the terrain at the origin.
         """
@@ -121,7 +122,9 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         return self.commanded(state, state.command)
 
     def commanded(self, state: WalkerState, command: jax.Array) -> WalkerState:
-        """The state with the feet where they are commanded to be; those below the ground stand."""
+        """Return the state with the feet where they are commanded to be; those below the ground
+        stand.
+        """
         turn = mechanics.rotation(for_limbs(state.attitude))
         foot = turn.to_world(mechanics.commanded_feet(self, state._replace(command=command)))
         place = [x + origin for x, origin in zip(foot, for_limbs(state.position), strict=True)]
@@ -182,7 +185,7 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
     def predict(
         self, state: WalkerState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[WalkerState, jax.Array, jax.Array]:
-        """The state one tick on at the accelerations of the last one, feet on their way."""
+        """Return the state one tick on at the accelerations of the last one, feet on their way."""
         state = mechanics.reloaded(self, state)
         mean = state.turn + 0.5 * tick_s * state.twist
         guess = state._replace(
@@ -201,7 +204,7 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
     def advance(
         self, state: WalkerState, push: Push, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[WalkerState, Contact]:
-        """The state one tick on, the feet on their way to where they are commanded to be."""
+        """Return the state one tick on, the feet on their way to where they are commanded to be."""
         state = mechanics.reloaded(self, state)
         aim = push.mean_n
         rate = (aim - state.command) / tick_s
@@ -302,18 +305,20 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         return state._replace(velocity=state.velocity.at[2].set(climb))
 
     def failed(self, state: WalkerState, ground_m: jax.Array) -> jax.Array:
-        """True of a torso that lies: tilted by more than 60°, or with its mass near the ground."""
+        """Return True for a torso that lies: tilted by more than 60°, or with its mass near the
+        ground.
+        """
         x, y, z = state.position
         low = LOWEST_SHARE * (self.rest_length_m + self.com_z_m)
         tilts = mechanics.rotation(state.attitude).z[2] < _LARGEST_TILT_COS
         return tilts | (z - self.terrain.height_m(x, y) - ground_m < low)
 
     def height(self, state: WalkerState) -> jax.Array:
-        """Height of the centre of mass [m]."""
+        """Return the height of the centre of mass [m]."""
         return state.position[2]
 
     def velocity(self, state: WalkerState) -> jax.Array:
-        """Its vertical velocity [m/s]."""
+        """Return the vertical velocity [m/s]."""
         return state.velocity[2]
 
     def energy(self, state: WalkerState, ground_m: jax.Array) -> jax.Array:
@@ -332,7 +337,7 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
 
 
 def _slid(anchor: Sequence[jax.Array], slip: Sequence[jax.Array], time_s: Scalar) -> jax.Array:
-    """Anchors after sliding for a time, [2, limbs, lanes]."""
+    """Return the anchors after sliding for a time, [2, limbs, lanes]."""
     return jnp.stack([a + time_s * s for a, s in zip(anchor, slip, strict=True)])
 
 

@@ -18,7 +18,7 @@ Vector = tuple[jax.Array, jax.Array, jax.Array]
 
 
 def vector(components: Iterable[jax.Array]) -> Vector:
-    """Three components, such as the rows of an array [3, ...]."""
+    """Return three components, such as the rows of an array [3, ...]."""
     x, y, z = components
     return x, y, z
 
@@ -41,7 +41,7 @@ class Rotation(NamedTuple):
 
 
 def rotation(attitude: jax.Array) -> Rotation:
-    """The rotation of a unit quaternion, shape [4, ...]."""
+    """Return the rotation of a unit quaternion, shape [4, ...]."""
     w, x, y, z = attitude
     return Rotation(
         (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
@@ -65,12 +65,12 @@ def turned(attitude: jax.Array, rate: Vector) -> jax.Array:
 
 
 def unit(attitude: jax.Array) -> jax.Array:
-    """The quaternion at length one."""
+    """Return the quaternion at length one."""
     return attitude * jax.lax.rsqrt((attitude * attitude).sum(axis=0, keepdims=True))
 
 
 def from_angles(roll: jax.Array, pitch: jax.Array, yaw: jax.Array) -> jax.Array:
-    """The quaternion of yaw, then pitch, then roll [rad], shape [4, ...].
+    """Return the quaternion of yaw, then pitch, then roll [rad], shape [4, ...].
 
     With x forward, y left and z up: roll to the right, pitch nose down, yaw to the left.
     """
@@ -139,7 +139,7 @@ class WalkerState(NamedTuple):
 
 
 def reloaded(numbers: WalkerNumbers, state: WalkerState) -> WalkerState:
-    """The state after a load has been shifted: the torso stays, its centre of mass moves."""
+    """Return the state after a load has been shifted: the torso stays, its centre of mass moves."""
     com = com_of(numbers, jnp.zeros_like(state.position[0]))
     shift = vector(com - state.com)
     moves = cross(vector(state.turn), shift)
@@ -219,7 +219,7 @@ def of_legs(values: Sequence[float], like: jax.Array) -> jax.Array:
 
 
 def commanded_feet(numbers: WalkerNumbers, state: WalkerState) -> Vector:
-    """The commanded feet in body axes c_i [m]."""
+    """Return the commanded feet in body axes c_i [m]."""
     per_leg = partial(of_legs, like=state.position[0])
     forward, up = state.command
     return (
@@ -232,7 +232,7 @@ def commanded_feet(numbers: WalkerNumbers, state: WalkerState) -> Vector:
 def _ground_under(
     numbers: WalkerNumbers, x: jax.Array, y: jax.Array, ground_m: jax.Array
 ) -> jax.Array:
-    """Height of the ground under the feet [m], [limbs, lanes]."""
+    """Return the height of the ground under the feet [m], [limbs, lanes]."""
     return jax.tree.map(for_limbs, numbers.terrain).height_m(x, y) + for_limbs(ground_m)
 
 
@@ -277,7 +277,7 @@ def leg_forces(
 
 
 def springs_of(numbers: WalkerNumbers) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Stiffness [N/m] and damping [N s/m] of a leg along the body axes."""
+    """Return the stiffness [N/m] and damping [N s/m] of a leg along the body axes."""
     stiff = numbers.stiffness_x_n_per_m, numbers.stiffness_y_n_per_m, numbers.stiffness_z_n_per_m
     damp = numbers.damping_xy_ns_per_m, numbers.damping_xy_ns_per_m, numbers.damping_z_ns_per_m
     return tuple(map(for_limbs, stiff)), tuple(map(for_limbs, damp))
