@@ -32,7 +32,7 @@ PAGES = sorted(
 )
 TERMS = (
     *("Tegotae", "central pattern generator", "oscillator", "phase", "term", "action", "reaction"),
-    *("gain", "actuation", "vanilla", "architecture", "model", "design", "coupling", "limb"),
+    *("gain", "actuation", "vanilla", "architecture", "model", "recipe", "coupling", "limb"),
     *("system", "experiment", "controller file", "preset", "release", "hop", "limit cycle"),
     *("CoT⁻¹", "ΔΩ", "Δw", "T0", "T1", "CPGu", "fitness", "PGPE", "plateau", "lane", "tick"),
     *("channel", "wiring", "gait", "lag", "CPG", "ω_t", "σ", "short law", "latch", "wary"),
