@@ -193,7 +193,7 @@ def _new_arrays(shapes: Any) -> Any:
     """Return arrays of these shapes, to be filled."""
 
     def new_array(like: jax.ShapeDtypeStruct) -> np.ndarray:
-        return np.empty(like.shape, like.dtype)
+        return np.empty((*like.shape,), like.dtype)
 
     return jax.tree.map(new_array, shapes)
 
