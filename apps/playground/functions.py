@@ -20,7 +20,7 @@ _KINDS = {"float32": "float", "int32": "int32_t", "bool": "bool"}
 
 
 class EngineFunction(NamedTuple):
-    """A traced function: what it is called, takes beside the lane, and writes into it."""
+    """A traced function: its name, its inputs beside the lane, and its outputs in the lane."""
 
     name: str
     description: str
@@ -56,7 +56,7 @@ def functions(program: Program) -> tuple[EngineFunction, ...]:
 
 
 class _Trace:
-    """Traces functions of what a page gives, and of more."""
+    """Tracer of functions of a page's input and more."""
 
     def __init__(self, inputs: dict[str, np.ndarray]) -> None:
         self._reader, self._inputs = LoopReader(), inputs

@@ -15,7 +15,9 @@ from tegotae_robots.c.text import c_name
 
 @dataclass(eq=False)
 class LoopProcedure(Procedure):
-    """A procedure that goes round: while a condition holds, new values for some parameters."""
+    """A procedure with a loop: while a condition holds, it computes new values for some
+    parameters.
+    """
 
     goes_on: Node | None = None
     """The condition."""
@@ -24,7 +26,7 @@ class LoopProcedure(Procedure):
 
 
 class LoopReader(CReader):
-    """Reads a loop as a procedure of scalars that goes round while its condition holds."""
+    """Reader that turns a loop into a procedure of scalars, repeated while its condition holds."""
 
     def _loop(self, parameters: Parameters, arguments: Arrays, origin: Traced) -> list[np.ndarray]:
         n_test, n_step = parameters["cond_nconsts"], parameters["body_nconsts"]
@@ -51,7 +53,7 @@ class LoopReader(CReader):
 
 
 class LoopLibrary(Library):
-    """Writes a loop so that it changes its own copies of what is carried, and returns them."""
+    """Writer of a loop that changes its own copies of the carried values, and returns them."""
 
     def _body(self, procedure: Procedure) -> tuple[str, list[str], list[str]]:
         if not isinstance(procedure, LoopProcedure):

@@ -89,8 +89,9 @@ class Program:
 
     @cached_property
     def pose_names(self) -> tuple[str, ...]:
-        """Further entries of the body's release: numbers alone, no twist of a plate that has
-        none."""
+        """Further entries of the body's release: numbers alone, without a twist for a plate
+        that has none.
+        """
         takes = inspect.signature(self.body.release).parameters
         return tuple(name for name in self.body.pose_names if takes[name].default is not None)
 

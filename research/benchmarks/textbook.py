@@ -36,7 +36,7 @@ class ProductNetwork(Network):
 
 
 class ProductActuation(ProductNetwork, LearnedActuation):
-    """The same as an actuation."""
+    """The product feedback of this page as an actuation."""
 
 
 @dataclass(frozen=True)

@@ -194,7 +194,7 @@ def found_by(scores: np.ndarray, share: float = SHARE) -> dict[str, CalibrationP
 
 
 def show(folder: Path) -> None:
-    """Write what follows from the tables."""
+    """Write the results of the tables."""
     measured = read(folder)
     posteriors = found_by(measured.scores)
     write_atomically(folder / "statements.md", statements(folder))

@@ -119,7 +119,7 @@ def cells() -> list[Explained]:
 
 
 def measured(folder: Path) -> list[dict[str, object]]:
-    """Measure what a folder lacks; a row a controller."""
+    """Measure the missing controllers of a folder, and return one row per controller."""
     selection = cells()
     study = Study(folder, selection, title="explain", suffix=".legs.npz")
     study.run()

@@ -37,7 +37,9 @@ class Work(Protocol):
 
 
 class StudyDocument(msgspec.Struct):
-    """Checked entries of a study's description; all of it has to equal that of a plan."""
+    """Checked entries of a study's description; the whole description has to equal that of a
+    plan.
+    """
 
     format: int
     scale: str
@@ -109,7 +111,7 @@ class Folder:
         self.describe(plan.document)
 
     def describe(self, document: Document) -> None:
-        """Write into the folder what it is for, beside the experiments that it has already.
+        """Write the purpose into the folder, beside the experiments that it has already.
 
         Raises:
             TegotaeError: if the folder has records of no known plan, holds another study, or

@@ -84,7 +84,9 @@ class Plan:
 
     @property
     def units(self) -> list[Unit]:
-        """The study's work, one unit an experiment; what shares a compiled program in a row."""
+        """The study's work, one unit per experiment; experiments that share a compiled program
+        are adjacent.
+        """
         units = [self._unit(experiment) for experiment in self.experiments]
         first: dict[str, int] = {}
         for i, unit in enumerate(units):

@@ -141,7 +141,9 @@ class _RecordedExperiment(msgspec.Struct):
 
 
 class _RecordedConfiguration(msgspec.Struct):
-    """Checked entries of a record's configuration; all of it is in the record's name."""
+    """Checked entries of a record's configuration; the whole configuration determines the
+    record's name.
+    """
 
     experiment: _RecordedExperiment
     algorithm: _RecordedAlgorithm

@@ -151,7 +151,7 @@ def _drawn_start(standard: Scenario, runs: int, spread_m: float = 0.1) -> Scenar
 
 
 def work(unit: Unit) -> Record:
-    """Train a unit from random weights and evaluate what came out. Deterministic."""
+    """Train a unit from random weights and evaluate the result. The work is deterministic."""
     run, experiment = unit.run, unit.run.experiment
     assert isinstance(experiment, Experiment)  # studies are of the engine
     system, n_runs = experiment.system, len(run.seeds)

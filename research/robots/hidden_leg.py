@@ -70,7 +70,7 @@ class HiddenLeg:
         return (self.k * (self.l0 - y) - self.c * v + force) / self.m - GRAVITY_M_PER_S2
 
     def log(self, file: Path, seconds: float) -> None:
-        """Hop for a while by a simple rule, and write what a logger sees.
+        """Hop for a while by a simple rule, and write the log of the sensors.
 
         The rule pushes while the load falls, by another share in every hop, and harder after a hop
         that is lower than the release.

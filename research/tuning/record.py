@@ -99,7 +99,7 @@ def describe(
 
 
 def confirmation(task: TuningTask, first: np.ndarray, best: np.ndarray) -> Confirmation:
-    """Compare the settings tried first and the best ones on trainings that did not choose them.
+    """Compare the first and the best settings on trainings that did not choose them.
 
     The intervals are over all trainings, models and seeds alike, the difference's over pairs.
 

@@ -172,7 +172,7 @@ class _TunedConfiguration(msgspec.Struct):
 
 
 def _require_values(study: Study) -> None:
-    """See that what was evaluated has numbers for values."""
+    """Check that evaluated settings have numbers as values."""
     for trial in study.get_trials(deepcopy=False):
         for value in (*(trial.values or ()), *trial.intermediate_values.values()):
             if not isinstance(value, float) or not math.isfinite(value):

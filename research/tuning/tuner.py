@@ -43,7 +43,7 @@ def tune(
     workers: int = 1,
     restart: bool = False,
 ) -> list[FrozenTrial]:
-    """Try settings until `trials` of them are evaluated, those of earlier calls included.
+    """Evaluate settings until there are `trials` of them, those of earlier calls included.
 
     A trial's value is the mean, over experiments and seeds, of the best fitness found within the
     task's budget. Values are reported one by one; a trial is pruned once a signed-rank test over

@@ -25,7 +25,7 @@ lanes; or the register of a number; None if it is to be computed."""
 
 
 class Emitter:
-    """Writes what some nodes come to.
+    """Writer of the text of nodes.
 
     Args:
         writer: where to.

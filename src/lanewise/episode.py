@@ -214,7 +214,7 @@ class Kernel:
 
 @dataclass(frozen=True)
 class _Run:
-    """One run of a kernel: what all threads share."""
+    """One run of a kernel: the state that all threads share."""
 
     kernel: Kernel
     rows: Sequence[np.ndarray]

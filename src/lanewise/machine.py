@@ -23,7 +23,7 @@ _FLOAT_BITS = {"float32": 32, "float64": 64}
 
 @dataclass(frozen=True)
 class Target:
-    """A processor: what it is called, and how wide its vectors are."""
+    """A processor: its name and the width of its vectors."""
 
     name: str
     triple: str

@@ -157,7 +157,7 @@ class EpisodeModule:
 
     @cached_property
     def lane_rows(self) -> Rows:
-        """Rows of what is given."""
+        """Rows of the inputs."""
         return Rows(self.lanes)
 
     @cached_property
@@ -167,7 +167,7 @@ class EpisodeModule:
 
     @cached_property
     def invariant_rows(self) -> Rows:
-        """Rows of what a block computes once."""
+        """Rows of values that a block computes once."""
         return Rows(tuple(node.kind for node in self.stages.invariant))
 
     def text(self) -> str:
@@ -188,7 +188,7 @@ class EpisodeModule:
 
     @property
     def uniform_bytes(self) -> int:
-        """Memory for what all lanes share."""
+        """Memory for values that all lanes share."""
         return 8 * len(self.stages.uniform)
 
     @cached_property

@@ -31,7 +31,7 @@ from lanewise.operations import OPERATIONS, folded
 
 
 class NativeReader(Reader):
-    """Reads traces; what it meets again is the same node.
+    """Reader of traces in which equal operations become one node.
 
     Calls are read as if they stood there; elementary functions become the package's own
     (`functions`); a `cond` stays a branch, a `while` a loop. It divides where it must, and when.
@@ -163,8 +163,8 @@ class NativeReader(Reader):
     def _rounds(
         self, parameters: Parameters, arguments: Arrays, origin: Traced
     ) -> list[np.ndarray]:
-        """Return a loop over rows of what is given, where floats alone are carried; else written
-        out.
+        """Return a loop over rows of inputs that carries floats alone; any other loop is
+        written out.
         """
         n_fixed, n_carry = scan_sizes(parameters)
         fixed, begins = arguments[:n_fixed], arguments[n_fixed : n_fixed + n_carry]

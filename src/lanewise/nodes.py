@@ -184,7 +184,7 @@ _number = itertools.count()
 
 @dataclass(eq=False)
 class Node:
-    """A scalar: a constant, something given, or what an operation makes of other scalars."""
+    """A scalar: a constant, an input, or the result of an operation on other scalars."""
 
     operation: str
     """A name of `OPERATIONS`; or literal, given, result; branch or loop, of which parts are."""

@@ -31,7 +31,7 @@ class Stages:
 
     @cached_property
     def slots(self) -> tuple[int, ...]:
-        """The entries of the state that what is recorded depends on, sooner or later."""
+        """The entries of the state on which recorded values depend, directly or indirectly."""
         needed: set[int] = set()
         pending = list(self.channels)
         while pending:
@@ -81,7 +81,7 @@ def _read(results: Sequence[Node], stage: int) -> tuple[Node, ...]:
 
 @dataclass(eq=False)
 class Region:
-    """A stretch of a function: all of it, a side of a branch, or the rounds of a loop."""
+    """A stretch of a function: the whole function, a side of a branch, or the rounds of a loop."""
 
     outer: Region | None = None
     loop: Node | None = None

@@ -37,11 +37,11 @@ _MOST_DEATHS = 5
 
 
 class DamagedRecordError(TegotaeError):
-    """A file that cannot be read, or does not hold what its name says."""
+    """Error for a file that cannot be read, or lacks the content that its name promises."""
 
 
 class WorkersDiedError(Exception):
-    """Workers ended before their work did; it can be given to others."""
+    """Error for workers that ended before their work did; it can be given to others."""
 
 
 class Cell(Protocol):
@@ -63,7 +63,7 @@ class Cell(Protocol):
         return None
 
     def prepare(self) -> None:
-        """Register what a worker process has to know before it measures; nothing by default."""
+        """Register the parts that a worker process needs to measure; none by default."""
 
     def measure(self) -> CellResult:
         """Measure and return the numbers. The result is deterministic."""
@@ -163,7 +163,7 @@ class Study:
     remedy: str = "choose another folder, or start again with --restart"
 
     def run(self, pool: Pool | None = None, limit: int | None = None) -> None:
-        """Measure what the folder lacks.
+        """Measure the missing cells of the folder.
 
         A worker that dies takes the work in flight with it, which is done again.
 

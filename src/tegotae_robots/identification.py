@@ -279,7 +279,7 @@ def _predicted(
 
 
 class _Segments:
-    """Parts of a log, with what is simulated of them."""
+    """Parts of a log, with their simulation."""
 
     def __init__(self, log: Log, first: np.ndarray, last: np.ndarray, gravity: float) -> None:
         self.log, self.first, self.gravity = log, first, gravity

@@ -172,7 +172,7 @@ def gain_map(reading: Reading, actuation: str, grid: CalibrationGrid) -> Fitness
 
 @dataclass(frozen=True)
 class _MapSummary:
-    """The outcome of a rollout, and what its fitness is made of, as a `Rollout`'s summary."""
+    """The outcome of a rollout and the terms of its fitness, as a `Rollout`'s summary."""
 
     outcome: OutcomeSummary
 

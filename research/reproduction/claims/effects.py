@@ -15,7 +15,7 @@ WITH_OSCILLATOR = ("V", "VG", "VT", "VGT", *LEARNED_FEEDBACK)
 
 @dataclass(frozen=True)
 class ArchitectureGroup:
-    """Architectures that sense the same; each of them counts alike in the group's mean.
+    """Architectures with the same senses; each of them counts alike in the group's mean.
 
     Args:
         architectures: their names.

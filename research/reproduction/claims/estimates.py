@@ -86,7 +86,7 @@ def estimate_effect(effect: Effect, runs: Resampled, count: Count) -> EffectEsti
 
 @dataclass(frozen=True)
 class _Gap:
-    """A difference of groups, and what it is a difference to, [1 + resamples].
+    """A difference of groups, and its reference, [1 + resamples].
 
     `of_designs` has it for each design at each ω_t, of the runs as they are, [designs, ω_t].
     """
@@ -101,7 +101,7 @@ _NO_GAP = _Gap(np.full(1, np.nan), np.full(1, np.nan), _NO_DESIGNS)
 
 
 class _DesignCells:
-    """A metric by architecture, what it senses, and place in the design, [1 + resamples] each."""
+    """A metric by architecture, senses and place in the design, [1 + resamples] each."""
 
     def __init__(self, runs: Resampled, metric: str, count: Count) -> None:
         self._count = count

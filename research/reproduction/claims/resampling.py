@@ -26,7 +26,7 @@ class ModelColumns:
 
 
 class Resampled:
-    """A study's table with its runs drawn anew, the same draws for all metrics and counts.
+    """A study's table with its runs resampled, the same draws for all metrics and counts.
 
     Args:
         table: the study's runs, or their episodes.

@@ -30,7 +30,7 @@ class _OfStudy:
 
     @property
     def records(self) -> list[Record]:
-        """The study's whole records of such names; what is wrong with others is printed."""
+        """The study's complete records of such names; errors of others are printed."""
         from fnmatch import fnmatchcase
 
         from research.reproduction.folder import Folder
@@ -44,7 +44,7 @@ class _OfStudy:
         return records
 
     def write(self, runs: DataFrame, page: str) -> None:
-        """Write a row a run, and the page about them."""
+        """Write one row per run, and the page about them."""
         text = tables.csv_text({name: runs[name].tolist() for name in runs}, digits=5)
         write_atomically(self.out / f"{self.name}.csv", text)
         write_atomically(self.out / f"{self.name}.md", page)

@@ -110,7 +110,7 @@ class StudyRun(ReadingOptions):
 
     @property
     def _read(self) -> ReadingOptions:
-        """The options of the reading, except those that were given."""
+        """The options of the reading, except those on the command line."""
         reading = reading_named(self.reading)
         overrides = {
             field.name: getattr(self, field.name)

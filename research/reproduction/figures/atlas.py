@@ -17,8 +17,8 @@ _COLOURS = dict(zip(KINDS[:-1], ("#bbbbbb", *COLOURS[1:]), strict=False))
 
 
 def atlas_figure(runs: pd.DataFrame) -> Figure:
-    """Draw one row per training frequency: merit over what is left of it without the feedback, a
-    point a run; and the share of controllers that forms of so many numbers replace.
+    """Draw one row per training frequency: merit over its remainder without the feedback, one point
+    per run, and the share of controllers that forms of a number of parameters replace.
 
     Args:
         runs: of `research.reproduction.learning.atlas.measure_atlas`.

@@ -74,7 +74,7 @@ def forms_by_numbers() -> list[str]:
 def measure_atlas(
     folder: Path, records: Sequence[Record], retuning: Retuning, pool: Pool | None = None
 ) -> pd.DataFrame:
-    """Measure what a study's folder lacks of its atlas, and return it, a row a run.
+    """Measure the missing part of a study's atlas, and return it, one row per run.
 
     Forms are tried in the order of their numbers, on a run of every model, the best from the first
     half of the releases, as long as no shorter one keeps the largest share.

@@ -38,7 +38,7 @@ DESIGN = ["architecture", "drive"]
 
 
 class Comparison(NamedTuple):
-    """Differences of merits, judged on the second half of the releases."""
+    """Differences of merits, evaluated on the second half of the releases."""
 
     differences: np.ndarray
     """[designs, ω_t], in m/J."""
@@ -58,7 +58,7 @@ def chosen(runs: pd.DataFrame, outcome: str, by: list[str]) -> pd.DataFrame:
 
 
 def merits(runs: pd.DataFrame, outcome: str, by: list[str]) -> pd.DataFrame:
-    """Return judged merits, a row a group and a column an ω_t."""
+    """Return evaluated merits, one row per group and one column per ω_t."""
     table = runs.groupby([*by, "omega_t"])[f"{outcome}_{EVALUATED}"].mean()
     return pd.DataFrame(table.unstack("omega_t"))
 
@@ -102,7 +102,7 @@ def _difference(values: pd.DataFrame, base: pd.DataFrame) -> Comparison:
 
 
 def contrast_rows(bodies: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
-    """Return the table: a row a body, comparison and kind of episodes; columns by ω_t, and all.
+    """Return the table: one row per body, comparison and kind of episodes; columns by ω_t, and all.
 
     Args:
         bodies: rows of runs by the name of their body, and of their work if it is another. Tables

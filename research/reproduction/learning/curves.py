@@ -89,7 +89,7 @@ class CurvesOfRuns:
 
     @property
     def document(self) -> Document:
-        """The record, from what its curves are taken, and the seed of the first untrained run."""
+        """The record, the source of its curves, and the seed of the first untrained run."""
         name = record_key(self.record.configuration)
         return {"record": name, "releases": FEW, "untrained_seed": 0}
 

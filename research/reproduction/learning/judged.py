@@ -174,7 +174,7 @@ class EvaluatedRuns:
 
     @property
     def document(self) -> Document:
-        """The record, and how it is judged."""
+        """The record, and the settings of its evaluation."""
         name = record_key(self.record.configuration)
         settings = {"record": name, "releases": RELEASES, "spread_m": SPREAD_M, "seed": _SEED}
         return settings | self._changed

@@ -47,7 +47,7 @@ LONGEST_S = 60.0
 
 @dataclass(frozen=True)
 class Certificate:
-    """A bound, and what proves it.
+    """A bound and its proof.
 
     Args:
         bound: λ: no gait of its kind has a larger CoT⁻¹ [m/J]. Zero if there is no such gait.

@@ -34,7 +34,7 @@ Bernstein = list[Fraction]
 
 @dataclass(frozen=True)
 class ExactNumbers:
-    """The body's numbers as fractions, and the squares of what is irrational of it."""
+    """The body's numbers as fractions, and the squares of its irrational numbers."""
 
     leg: Fraction
     """Rest length l0 [m]."""

@@ -17,7 +17,9 @@ from tegotae._support.errors import TegotaeError
 
 
 class MultiverseDocument(msgspec.Struct):
-    """Checked entries of a multiverse's description; all of it has to equal that of a plan."""
+    """Checked entries of a multiverse's description; the whole description has to equal that of
+    a plan.
+    """
 
     format: int
     scale: str

@@ -93,7 +93,7 @@ class Multiverse:
 
     @property
     def units(self) -> list[Unit]:
-        """All of the work; what shares a compiled program in a row."""
+        """All of the work; units that share a compiled program are adjacent."""
         units = [unit for _, by_model in self.by_reading for unit in by_model.values()]
         first: dict[object, int] = {}
         for i, unit in enumerate(units):

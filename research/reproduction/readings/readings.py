@@ -161,7 +161,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class AnalysisChoice:
-    """One thing that the paper leaves open, and between what it is varied.
+    """One choice that the paper leaves open, and the range of its variation.
 
     Args:
         name: the field of `Reading`.

@@ -67,7 +67,7 @@ def check_code_folder() -> None:
 
 
 def _create(place: Path) -> str:
-    """Make and mark a folder; return why it must not be used, or nothing."""
+    """Make and mark a folder; return the reason why it must not be used, or nothing."""
     place.mkdir(mode=0o700, parents=True, exist_ok=True)
     if not _is_of_user(place.stat()):
         return "which others can write to"
@@ -148,7 +148,7 @@ def _checksum(key: str, content: bytes) -> bytes:
 
 
 def store_code(key: str, content: bytes) -> None:
-    """Keep code under a key; where that is not possible, nothing is kept.
+    """Keep code under a key; if that is impossible, keep nothing.
 
     Args:
         key: as `key_of` makes it.

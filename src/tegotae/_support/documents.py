@@ -258,7 +258,7 @@ def renamed_entries(kind: Any, entries: Mapping[str, T]) -> dict[str, T]:
 
 
 def as_json(value: object) -> Any:
-    """Return a value in the types of JSON: null for what is undefined or not finite.
+    """Return a value in the types of JSON: null for an undefined or infinite number.
 
     Example:
         >>> as_json({"lag": np.array([0.5, np.nan]), 2: (np.int64(1), None)})

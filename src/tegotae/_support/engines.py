@@ -67,7 +67,7 @@ def selected() -> str:
 
 
 def require_engine(engine: str, holder: str, remedy: str, ours: str = "") -> None:
-    """Raise `TegotaeError` unless what is there was made by the engine that would go on with it.
+    """Raise `TegotaeError` unless the engine that continues also made the existing results.
 
     Args:
         engine: the engine that made it: its name, and after a comma what it left to another one.
@@ -164,7 +164,7 @@ def check_jax() -> None:
 
 
 def check_environment() -> None:
-    """See that what the environment asks for can be had.
+    """Check that the engine and cores that the environment names are available.
 
     Raises:
         TegotaeError: for a `TEGOTAE_CORES` that is no number or beyond sense, a `TEGOTAE_CACHE`

@@ -85,7 +85,9 @@ _BINARY = getattr(os, "O_BINARY", 0)
 
 
 def _hidden(path: Path) -> str:
-    """Return how the names of temporary files of `path` begin, short enough for what follows."""
+    """Return the beginning of the names of temporary files of `path`, short enough for their
+    endings.
+    """
     room = _LONGEST_NAME - len("..") - 2 * _RANDOM_BYTES
     return f".{os.fsdecode(os.fsencode(path.name)[:room])}."
 

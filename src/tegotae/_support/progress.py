@@ -22,7 +22,7 @@ def _is_quiet() -> bool:
 
 
 def note(line: str) -> None:
-    """Print a line on standard error, for people, unless they want none."""
+    """Print a line on standard error for people, unless they want none."""
     if not _is_quiet():
         print(line, file=sys.stderr, flush=True)
 
@@ -80,7 +80,7 @@ class _RateColumn(progress.ProgressColumn):
 
 @contextmanager
 def reporting(title: str, total: int) -> Iterator[Reporter]:
-    """Report on stderr while the work goes on, unless the user wants no progress (`_is_quiet`)."""
+    """Report on stderr during the work, unless the user wants no progress (`_is_quiet`)."""
     console = Console(stderr=True, soft_wrap=True, quiet=_is_quiet())
     if console.quiet or not console.is_terminal:
         yield Reporter(title, total, console, None)

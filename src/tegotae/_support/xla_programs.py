@@ -31,7 +31,7 @@ class KeptPrograms:
 
 
 def use_kept_programs() -> None:
-    """Have JAX keep its programs so where its folder is ours; another folder stays as it is.
+    """Let JAX keep its programs if its folder is ours; another folder is left unchanged.
 
     JAX has no public way to that. Where this one is lacking, it keeps none.
     """

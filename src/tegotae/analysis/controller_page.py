@@ -110,7 +110,7 @@ class ControllerPage:
 
     @property
     def table(self) -> pd.DataFrame:
-        """Scores, a row a variant, release and frequency."""
+        """Scores, one row per variant, release and frequency."""
         releases, n = self.released.shape
         rows = [
             pd.DataFrame(

@@ -364,7 +364,7 @@ def _terms(
 
 
 def mean_feedback(evaluated: Evaluated, recorded: dict[str, np.ndarray]) -> np.ndarray:
-    """f over settled gaits at every frequency [rad/s], [frequencies]; 0 where none settles."""
+    """Return f over settled gaits at every frequency [rad/s], [frequencies]; 0 if none settles."""
     feedback = recorded["feedback_rad_per_s"].mean(axis=(0, 1))
     sound = evaluated.sound.sum(axis=0)
     return np.where(evaluated.sound, feedback, 0.0).sum(axis=0) / np.maximum(sound, 1)

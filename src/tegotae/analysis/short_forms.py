@@ -84,7 +84,7 @@ def forms_of_legs() -> dict[str, ShortLaw]:
 
 @dataclass(frozen=True, eq=False)
 class TriedForm:
-    """A form, as it was tried.
+    """The result of one tested form.
 
     Args:
         name: of the library.
@@ -104,12 +104,12 @@ class TriedForm:
 
     @property
     def numbers(self) -> int:
-        """Count its numbers; for several legs, those of the feedback."""
+        """Number of its numbers; for several legs, that of the feedback."""
         return len(self.saved.weights) - self.of_feet
 
     @property
     def of_feet(self) -> int:
-        """Count the additional numbers of the feet of several legs, and of what couples them."""
+        """Number of additional numbers of the feet of several legs, and of their coupling."""
         controller = self.saved.controller
         return (
             controller.n_weights - controller.sets * controller.layout["actuation"].start
@@ -126,7 +126,7 @@ def tried_forms(
     generations: int,
     seeds: Sequence[int],
 ) -> list[TriedForm]:
-    """Try forms, those of fewest numbers first, until one keeps all shares of the score.
+    """Test forms, those of fewest numbers first, until one keeps all shares of the score.
 
     Of the seeds of a form the one of highest fitness in its training is taken; the score knows none
     of that training's releases.
@@ -355,7 +355,9 @@ def _spelled(
 
 
 def _pushed(saved: SavedController) -> tuple[float, float, float] | None:
-    """Begin and end of the sector [rad], and the reflex's scale; None of legs with feet."""
+    """Return begin and end of the sector [rad], and the reflex's scale, or None for legs with
+    feet.
+    """
     if saved.controller.limbs > 1:
         return None
     start, width, *scale = saved.weights[saved.controller.layout["actuation"]]

@@ -53,8 +53,8 @@ class Result:
         return t.apex_time_s[mask], t.apex_height_m[mask], t.apex_phase_rad[mask]
 
     def summary(self) -> JsonObject:
-        """Return the result as JSON values; null for what is not finite, or undefined after a
-        failure.
+        """Return the result as JSON values; null for a number that is not finite, or undefined
+        after a failure.
         """
         t, failed = self.trajectory, bool(self.trajectory.failed[-1])
         times, heights, phases = self.apexes

@@ -234,7 +234,7 @@ class LoadedController:
 
     @property
     def sigma(self) -> float | None:
-        """Gain of a vanilla controller [rad/(s N)]; None of any other."""
+        """Gain of a vanilla controller [rad/(s N)]; None for any other."""
         is_vanilla = self.runs.controller.has_a_gain_alone and len(self.runs.weights) == 1
         return float(self.runs.weights[0, 0]) if is_vanilla else None
 

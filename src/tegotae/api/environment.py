@@ -221,7 +221,7 @@ def _animation(played: Replay) -> Animation:
 
 
 def _series(played: Replay) -> dict[str, Any]:
-    """Return observations, phases, actions and rewards, a row a step."""
+    """Return observations, phases, actions and rewards, one row per step."""
     episode, experiment = played.episode, played.experiment
     driven = [limb.entries[0] for limb in experiment.wiring.limbs]
     return {

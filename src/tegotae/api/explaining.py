@@ -134,7 +134,7 @@ class Explanation(Table):
 
     @property
     def table(self) -> pd.DataFrame:
-        """Scores, a row a variant, release and frequency."""
+        """Scores, one row per variant, release and frequency."""
         return self.raw.table
 
     def texts(self) -> list[pd.DataFrame]:

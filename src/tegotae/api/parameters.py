@@ -242,7 +242,7 @@ def hints_of(function: Callable[..., Any]) -> dict[str, Any]:
 
 
 def leaves(value: Any, prefix: str = "") -> Iterator[Option]:
-    """Yield the fields of a dataclass that words can give, and those of the dataclasses in it.
+    """Yield the fields of a dataclass that words can set, and those of nested dataclasses.
 
     Args:
         value: the dataclass.

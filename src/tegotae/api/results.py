@@ -133,7 +133,7 @@ class ResultBase:
 
     @property
     def table(self) -> pd.DataFrame:
-        """Numbers, a row a run or a sample."""
+        """Numbers, one row per run or sample."""
         rows = self.rows() if callable(self.rows) else self.rows
         return pd.DataFrame(dict(rows) if isinstance(rows, Mapping) else rows)
 
@@ -225,7 +225,7 @@ class ResultBase:
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class Table(ResultBase):
-    """Table with a row a run, a metric or a name."""
+    """Table with one row per run, metric or name."""
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)

@@ -68,7 +68,7 @@ class Robustness(Table):
 
     @property
     def table(self) -> pd.DataFrame:
-        """Margins, a row a controller, condition and side."""
+        """Margins, one row per controller, condition and side."""
         return self._margins([""]).drop(columns="measure")
 
     def texts(self) -> list[pd.DataFrame]:

@@ -58,7 +58,7 @@ class TrainedControllers(Files):
     def from_files(
         cls, name: str, folder: Path, paths: Sequence[Path], unit: str
     ) -> TrainedControllers:
-        """Return the outcome of a training, with what its controller files say.
+        """Return the outcome of a training, with the data of its controller files.
 
         Args:
             name: name of the experiment.
@@ -81,7 +81,7 @@ class TrainedControllers(Files):
 
     @property
     def table(self) -> pd.DataFrame:
-        """Learning curves, a row a point; empty for a search."""
+        """Learning curves, one row per point; empty for a search."""
         curves = self.folder / "curves.csv"
         return curves_of(curves) if curves.exists() else pd.DataFrame(columns=COLUMNS)
 

@@ -37,7 +37,9 @@ _SPELLINGS = {
 
 
 def make_safe() -> None:
-    """Have standard output and error spell plainly what they cannot show, instead of failing."""
+    """Let standard output and error replace characters that they cannot show, instead of
+    failing.
+    """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors=PLAIN)
@@ -241,6 +243,6 @@ def _fail(line: str, status: int) -> int:
 
 
 def _discard_output() -> None:
-    """Let what is still buffered go nowhere, or Python would fail on it once more at its end."""
+    """Discard buffered output; Python would fail on it once more at its end."""
     with contextlib.suppress(OSError, ValueError):  # no real file, as in a test
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -73,7 +73,7 @@ class CommandGroup:
 
     @property
     def examples(self) -> tuple[str, ...]:
-        """First examples of the first two commands; of a program those of the first one."""
+        """First examples of the first two commands; for a program those of the first one."""
         if self.sections:
             return self.commands[next(iter(self.sections.values()))[0]].examples
         return tuple(entry.examples[0] for entry in list(self.commands.values())[:2])

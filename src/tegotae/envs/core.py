@@ -152,7 +152,7 @@ class _CompiledSettings:
 
     @property
     def loop(self) -> ClosedLoop:
-        """Controller and body, the controller sampled and held."""
+        """Controller and body; the controller is sampled and held."""
         return ClosedLoop(self.controller, Hold())
 
 
@@ -242,7 +242,8 @@ class Hoppers:
         where: np.ndarray | None = None,
         options: Mapping[str, ArrayLike] | None = None,
     ) -> EnvStep:
-        """Start new episodes in all lanes, or in those of the mask `where`; others draw nothing.
+        """Start new episodes in all lanes, or in those of the mask `where`; other lanes draw no
+        numbers.
 
         What it returns speaks of all lanes, as they now are; there are no rewards in it.
 

@@ -190,7 +190,7 @@ class HopperEnv(gymnasium.Env[np.ndarray, np.ndarray]):
             self._window = None
 
     def _show(self, step: EnvStep) -> None:
-        """Update the window, at most so many times a simulated second."""
+        """Update the window, at most a number of times per simulated second."""
         if self.render_mode != "human":
             return
         time_s = step.info(0)["time_s"]

@@ -188,7 +188,9 @@ def _names(role: str, overrides: Sequence[str] | None, defaults: Sequence[str]) 
 
 
 def _of_names(wiring: Wiring, observed: Sequence[str], driven: Sequence[str]) -> Iterator[str]:
-    """List faults in the names of what limbs sense and drive, and of what is measured."""
+    """List faults in the names of the quantities that limbs sense and drive, or that are
+    measured.
+    """
     reads, commands = read_by(wiring.controller), wiring.controller.actuation.COMMANDS
     for i, limb in enumerate(wiring.limbs):
         for signal in reads:

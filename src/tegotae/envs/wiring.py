@@ -42,7 +42,7 @@ NOTHING = "0"
 
 @dataclass(frozen=True, kw_only=True)
 class Limb:
-    """One limb: an oscillator with what it senses and what it drives.
+    """One limb: an oscillator with its senses and its drives.
 
     Args:
         senses: for each signal that the controller reads (such as `spring_force`, `velocity`), the

@@ -41,7 +41,7 @@ _PICTURES_FOR_COLOURS = 8
 
 
 class Animation(FuncAnimation):
-    """An animation, and what of it moves before a background that stays."""
+    """An animation, and its moving artists before a fixed background."""
 
     artists: Sequence[Artist] = ()
     """Empty where the background moves, too."""

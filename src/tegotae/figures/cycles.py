@@ -239,7 +239,7 @@ def _draw_paths(axes: Axes, x: np.ndarray, y: np.ndarray, paths: Trajectory) -> 
 
 
 def portrait_table(paths: Trajectory) -> pd.DataFrame:
-    """Return the data of the figure, a row a frame and release."""
+    """Return the data of the figure, one row per frame and release."""
     height, velocity, spring, _, actuator = SIGNALS
     names = (height, velocity, "phase_rad", spring, actuator)
     columns = {name: paths.channels[name].T for name in names if name in paths.channels}

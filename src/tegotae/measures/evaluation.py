@@ -406,7 +406,9 @@ class EvaluatedEpisodes:
 
 @jax.jit
 def _next_apex_s(trajectory: Trajectory, rest_length_m: Numeric, after_s: Numeric) -> jax.Array:
-    """Time of the apex of the first hop after a time [s], [lanes]; infinite if there is none."""
+    """Return the time of the apex of the first hop after a time [s], [lanes]; infinite if there
+    is none.
+    """
     time_s = hops(trajectory, rest_length_m).time_s
     return jnp.min(jnp.where(time_s >= after_s, time_s, jnp.inf), axis=0)
 

@@ -58,7 +58,7 @@ def check_plausible(samples: Mapping[str, np.ndarray]) -> None:
 
 
 def doubts(samples: Mapping[str, np.ndarray]) -> list[str]:
-    """Return a line on what is odd about a recording, and possible.
+    """Return a line on every odd but possible property of a recording.
 
     Args:
         samples: as of `check_plausible`.

@@ -259,7 +259,7 @@ def read_recording(
     quantities: Collection[str] = OF_A_GAIT,
     needed: Sequence[str] = ("height",),
 ) -> pd.DataFrame:
-    """Read the recording in a file, and say on standard error what is left alone or odd.
+    """Read the recording in a file, and report ignored or odd columns on standard error.
 
     Args:
         path: as of `read_columns`.

@@ -60,7 +60,7 @@ class EnvEpisode:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RobotEpisode(EnvEpisode):
-    """An episode with what its wiring says of the robot; what it does not say is None or empty."""
+    """An episode with the robot's data from its wiring; missing data are None or empty."""
 
     fitness: float
     """Fitness by the objective of the experiment."""

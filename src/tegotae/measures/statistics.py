@@ -329,7 +329,8 @@ _Z = 1.959963984540054
 
 
 def share_interval(count: int, total: int, runs: int | None = None) -> Interval:
-    """Compute a share, `count / total`, and its 95 % interval by Wilson's score; NaN of none.
+    """Compute a share, `count / total`, and its 95 % interval by Wilson's score; NaN for a total of
+    zero.
 
     Args:
         count: number of trials that have it.

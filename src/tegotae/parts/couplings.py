@@ -32,7 +32,7 @@ class Coupling(Part, ABC):
     """Names of the signals that it reads, as for terms."""
 
     def check(self, limbs: int) -> None:
-        """Raise `TegotaeError` if it does not go with so many limbs."""
+        """Raise `TegotaeError` if it does not fit this number of limbs."""
 
     def n_weights(self, limbs: int) -> int:
         """Return the number of trained parameters for a number of limbs."""

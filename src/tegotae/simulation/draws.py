@@ -50,7 +50,8 @@ _EXAMPLES = {
 def check_scenario(
     scenario: Scenario, body: Body, oscillator: Oscillator | None, timing: Timing
 ) -> None:
-    """Raise `TegotaeError` for what body or oscillator have not, or changes to an impossible body.
+    """Raise `TegotaeError` for fields that body or oscillator lack, or changes to an impossible
+    body.
 
     Every body that some lane meets is made once, so that the body itself says what it refuses.
 

@@ -46,7 +46,7 @@ class LoopState(NamedTuple):
 
 @dataclass(frozen=True)
 class EpisodeProgram:
-    """A controller and its integrator, and what is recorded: all that shapes the code of a tick.
+    """A controller, its integrator and the recorded channels: all that shapes the code of a tick.
 
     How many ticks and frames there are does not.
 

@@ -228,7 +228,7 @@ def decide(
 
 
 class Response(NamedTuple):
-    """Response of a controller to what its units sense, over a time ahead."""
+    """Response of a controller to the senses of its units, over a time ahead."""
 
     drive: Drive
     """Output of the controller."""
@@ -252,7 +252,7 @@ def respond(
     added: PerLimb | None = None,
     ahead_s: Number | None = None,
 ) -> Response:
-    """Evaluate the controller's half of a tick: from what its units sense to their pushes.
+    """Evaluate the controller's half of a tick: from the senses of its units to their pushes.
 
     Args:
         controller: what decides.

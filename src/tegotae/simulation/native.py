@@ -86,7 +86,7 @@ def roll_out_native(
 
 @dataclass(frozen=True)
 class _Blocks:
-    """What summaries compute, block by block, and where they put it."""
+    """The results of summaries, block by block, and their places in memory."""
 
     summaries: Together
     compiled: jax.stages.Compiled
@@ -125,7 +125,7 @@ class _Blocks:
 
 @dataclass(frozen=True)
 class _Results:
-    """Results of a rollout: recordings that are kept as they are, and what is computed of them."""
+    """Results of a rollout: recordings that are kept unchanged, and numbers computed from them."""
 
     copied: Trajectory
     computed: _Blocks | None

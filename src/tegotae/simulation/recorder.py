@@ -31,7 +31,7 @@ from tegotae.simulation.loop import (
 
 
 class RecordedFrame(NamedTuple):
-    """A lane at the end of a frame: what a `State` channel reads."""
+    """A lane at the end of a frame, from which a `State` channel reads."""
 
     time_s: PerLane
     """Time [s], [lanes]."""
@@ -269,7 +269,7 @@ def needing(*names: str) -> Callable[[S], S]:
 
 @dataclass(frozen=True)
 class Recorder:
-    """Some channels of a controller on a body, recorded as a rollout goes on.
+    """Channels of a controller on a body, recorded during a rollout.
 
     Args:
         channels: what to record, by name.

@@ -17,7 +17,7 @@ Summary = Callable[[Trajectory, Scenario, Body, Timing], Any]
 
 @dataclass(frozen=True)
 class KeptChannels:
-    """The summary that keeps what was recorded, as it is.
+    """The summary that keeps the recording unchanged.
 
     Args:
         needs: the channels that are recorded; all by default.
@@ -38,7 +38,7 @@ whole_trajectory = KeptChannels()
 
 @dataclass(frozen=True)
 class Together:
-    """The summary that gives what several summaries make of the same lanes, as a tuple.
+    """The summary that returns the results of several summaries of the same lanes, as a tuple.
 
     Args:
         parts: the summaries.

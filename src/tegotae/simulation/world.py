@@ -119,7 +119,7 @@ class Condition(ABC):
     @property
     @abstractmethod
     def extremes(self) -> tuple[FieldNumber, ...]:
-        """Values between which all draws lie: numbers, or tuples of one a limb."""
+        """Values between which all draws lie: numbers, or tuples of one per limb."""
 
     @property
     def lasts(self) -> bool:
@@ -159,7 +159,7 @@ class Uniform(Condition):
 
     @property
     def extremes(self) -> tuple[float, ...]:
-        """Both limits; one if they are the same."""
+        """Both limits, or one if they are equal."""
         return (self.low,) if self.low == self.high else (self.low, self.high)
 
 

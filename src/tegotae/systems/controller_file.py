@@ -239,8 +239,8 @@ def begins_as_ours(path: Path) -> bool:
 
 
 def controller_files(folder: Path) -> list[Path]:
-    """Return the controller files in a folder and its subfolders; other documents are passed over,
-    and what was set aside for a new beginning.
+    """Return the controller files in a folder and its subfolders, without other documents and those
+    set aside for a new beginning.
 
     Raises:
         TegotaeError: if a file may be a controller's and cannot be read: empty, cut short, without
@@ -339,7 +339,7 @@ def controllers_of_study(folder: Path) -> tuple[tuple[Path, SavedController], ..
 
 
 class _ControllerFile(msgspec.Struct):
-    """A controller file, but for its parts, whose kinds say what they hold."""
+    """A controller file without its parts, whose own classes check their entries."""
 
     system: JsonObject
     weights: JsonObject | list[float]

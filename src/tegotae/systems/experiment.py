@@ -30,7 +30,7 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+@-]{0,99}")
 
 @dataclass(frozen=True, kw_only=True)
 class Experiment(OnSystem):
-    """A system, what it is to learn, under which conditions, and how what was learned is evaluated.
+    """A system, the objective and conditions of its training, and the evaluation of the result.
 
     Trainings of any algorithm, tuning and the study are made of experiments; the 218 models of the
     paper make theirs by `Model.experiment`.
@@ -118,7 +118,7 @@ class Experiment(OnSystem):
 
     @property
     def measure(self) -> Objective:
-        """The objective as it applies here: without a frequency there is none to follow."""
+        """The objective as it applies here: a system without a frequency has none to follow."""
         return self.objective.without_frequency() if self.omega is None else self.objective
 
     @property
@@ -138,7 +138,7 @@ class Experiment(OnSystem):
 
     @property
     def searched_in(self) -> tuple[Experiment, ...]:
-        """Experiments whose mean fitness a search for the gain maximises, one a frequency."""
+        """Experiments whose mean fitness a search for the gain maximises, one per frequency."""
         if self.omega is None:
             return (self,)
         return tuple(
@@ -151,7 +151,7 @@ class Experiment(OnSystem):
 
     @property
     def task(self) -> None:
-        """None: what is learned on an environment is a task of its own (`EnvTask`)."""
+        """None: training on an environment is a task of its own (`EnvTask`)."""
         return None
 
     @property

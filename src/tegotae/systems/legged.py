@@ -128,7 +128,7 @@ class Legged(OnSystem):
         return self.system.rollout(summary, timing)
 
     def run(self, summary: Summary, scenario: Scenario, timing: Timing | None = None) -> ArrayTree:
-        """Roll out every lane of a scenario; what the summary makes of them, lanes last.
+        """Roll out every lane of a scenario; return the summary's results, lanes last.
 
         Raises:
             TegotaeError: for what the engine refuses.
@@ -203,7 +203,7 @@ def settling(system: System, weights: LaneNumbers, description: str = "") -> Leg
 
 
 def settling_s(body: Body) -> float:
-    """Time in which the legs of a body settle into a gait, whatever the release [s]."""
+    """Return the time in which the legs of a body settle into a gait from any release [s]."""
     base = unwrapped(body)
     if not isinstance(base, Walker):
         return HOPPING_S

@@ -147,7 +147,7 @@ class Recipe:
 
     @property
     def learned_terms(self) -> LearnedTerms:
-        """The learned terms beside an oscillator; none of a short law or of networks alone."""
+        """The learned terms beside an oscillator; none for a short law or for networks alone."""
         return self.terms if isinstance(self.terms, LearnedTerms) else LearnedTerms()
 
     @property

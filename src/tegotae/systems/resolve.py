@@ -177,7 +177,7 @@ class Untrained(Resolved):
         return self.experiments[0].system.body
 
     def weighted(self) -> tuple[tuple[Path, SavedController], ...]:
-        """Raise `TegotaeError` with what has weights."""
+        """Raise `TegotaeError`, and name what has weights."""
         name = self.experiments[0].name
         files = is_reference(self.name) or is_walker_file(self.name)
         trained = self.name if files else name
@@ -197,7 +197,7 @@ class Untrained(Resolved):
 
 @dataclass(frozen=True)
 class Bare(Resolved):
-    """User's System alone, which has no weights, and does not say what is to be trained.
+    """A user's System alone, which has no weights and no training.
 
     Args:
         name: as it was given.
@@ -213,14 +213,14 @@ class Bare(Resolved):
         return self.system.body
 
     def weighted(self) -> tuple[tuple[Path, SavedController], ...]:
-        """Raise `TegotaeError` with what has weights."""
+        """Raise `TegotaeError`, and name what has weights."""
         raise TegotaeError(
             f"{self.name} is a System, which has no weights; make a SavedController or a Legged "
             "of it, which has"
         )
 
     def experiment(self) -> Experiment:
-        """Raise `TegotaeError` with what is an experiment."""
+        """Raise `TegotaeError`, and name what is an experiment."""
         raise _no_experiment(self.name, "System")
 
 

@@ -34,7 +34,7 @@ WALKING_TICK = 0.008
 
 @dataclass(frozen=True, kw_only=True)
 class Release:
-    """Initial state of an episode: one number each, or one a limb.
+    """Initial state of an episode: one number each, or one per limb.
 
     Args:
         height_m: height of the body [m].
@@ -278,7 +278,7 @@ class OnSystem:
 
     @property
     def controller(self) -> Controller:
-        """The structure, whose weights are learned or given."""
+        """The structure, whose weights are learned or set."""
         return self.system.controller
 
     @property

@@ -114,7 +114,7 @@ class LearnedTerms:
 
     @property
     def name(self) -> str:
-        """The architecture, and what its terms sense."""
+        """The architecture, and the senses of its terms."""
         inputs = {"r": self.reaction, "g": self.gain, "t": self.actuation}
         return "-".join([self.architecture, *(f"{k}{x}" for k, x in inputs.items() if x)])
 
@@ -189,7 +189,7 @@ class LearnedTerms:
 
 @dataclass(frozen=True, kw_only=True)
 class ShortLaw:
-    """Feedback law of few numbers, whatever the budget.
+    """Feedback law of few numbers, independent of the budget.
 
     Args:
         name: part of a recipe's name, such as `latch` or `decay-t`.
@@ -275,7 +275,7 @@ class LoneNetworks:
 
     @property
     def name(self) -> str:
-        """The architecture, and what it senses."""
+        """The architecture, and its senses."""
         return f"{self.architecture}-{self.observation}"
 
     @property

@@ -138,7 +138,9 @@ def _in_folder(place: Path) -> list[_Training]:
 
 
 def _labelled(trainings: Sequence[_Training], measure: str) -> Iterator[pd.DataFrame]:
-    """Yield the curves, each algorithm named with those settings in which it differs among them."""
+    """Yield the curves, each algorithm named with those settings in which it differs from the
+    others.
+    """
     for folder, run, points in trainings:
         if measure == COT and np.isnan(points[COT]).all():
             raise TegotaeError(

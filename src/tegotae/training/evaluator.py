@@ -112,11 +112,11 @@ class Evaluator(AbstractContextManager["Evaluator"]):
 
     @property
     def engine(self) -> str:
-        """The engine that its numbers are of; XLA's, of what is not rolled out."""
+        """The engine that computes its numbers; XLA's for numbers without a rollout."""
         return XLA
 
     def close(self) -> None:
-        """Give back what it holds, such as worker processes."""
+        """Release its resources, such as worker processes."""
 
     def __exit__(self, *_: object) -> None:
         self.close()
@@ -170,7 +170,7 @@ class EngineEvaluator(Evaluator):
         return self.varied.repeats(self.episodes)
 
     def scored(self, weights: np.ndarray, per_seed: int, generation: Generation) -> Scores:
-        """Evaluate rows of weights; ended seeds cost nothing, but for a block's rest."""
+        """Evaluate rows of weights; ended seeds cost only the rest of a block."""
         going, of_set = generation.going, self.repeats * self.episodes
         if generation.number is None:
             candidates = len(going) * weights.shape[1] // self.repeats

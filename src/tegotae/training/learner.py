@@ -76,7 +76,7 @@ class TrainingState:
 
 
 class TrainingTask(Protocol):
-    """What a learner learns: a `tegotae.training.run.Run`."""
+    """Task of a learner: a `tegotae.training.run.Run`."""
 
     @property
     def experiment(self) -> Trainable:
@@ -111,7 +111,7 @@ class Learner(Part, ABC):
             return evaluator.engine
 
     def check(self, run: TrainingTask) -> None:
-        """Raise `TegotaeError` for what it cannot learn."""
+        """Raise `TegotaeError` for an experiment that it cannot learn."""
 
     def configuration(self, run: TrainingTask) -> JsonObject:
         """Return the settings that decide the result, except its duration, as JSON values.

@@ -61,7 +61,7 @@ _REMEDY = "remove it to train anew, or choose another folder with --out"
 
 @dataclass(frozen=True, kw_only=True)
 class Run(Generic[LearnerT]):
-    """A training: what, how and for how long, from which seeds.
+    """A training: experiment, learner, seeds and length.
 
     Args:
         experiment: what is trained, on what, by what measure: on the engine, or on an environment.
@@ -197,7 +197,8 @@ def run_document(folder: Path) -> dict[str, Any]:
 
 
 def claim(out: Path, configuration: Mapping[str, Json], software: Mapping[str, str]) -> None:
-    """Write into `run.json` what the folder is for, or see that what is in it is of this training.
+    """Write the purpose of the folder into `run.json`, or check that its content belongs to this
+    training.
 
     Args:
         out: the folder.
@@ -237,7 +238,7 @@ def claim(out: Path, configuration: Mapping[str, Json], software: Mapping[str, s
 
 
 def write_checkpoint(out: Path, configuration: Mapping[str, Json], state: TrainingState) -> None:
-    """Write into `checkpoint.npz` what the training goes on from, if that is anything.
+    """Write the state from which the training continues into `checkpoint.npz`, if there is one.
 
     Args:
         out: the folder.
@@ -296,7 +297,7 @@ def write_curves(path: Path, points: Sequence[CurvePoint]) -> None:
 
 
 def curves_of(path: Path) -> pd.DataFrame:
-    """Return the columns `COLUMNS` of a `curves.csv`, a row a point.
+    """Return the columns `COLUMNS` of a `curves.csv`, one row per point.
 
     Args:
         path: the file.

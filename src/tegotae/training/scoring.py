@@ -92,7 +92,7 @@ class VanillaSweep:
         return int(row), int(column)
 
     def table(self) -> pd.DataFrame:
-        """Return the results, a row a gain and frequency."""
+        """Return the results, one row per gain and frequency."""
         sigma, omega = np.meshgrid(self.sigma, self.omega, indexing="ij")
         columns = {"sigma_rad_per_s_n": sigma, "omega_rad_per_s": omega, "fitness": self.fitness}
         columns |= {"cot_inverse_m_per_j": self.cot_inverse, "failed": self.failed.astype(int)}

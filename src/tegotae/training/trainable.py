@@ -81,5 +81,7 @@ class Trainable(Protocol):
         ...
 
     def check(self) -> None:
-        """Raise `TegotaeError`, before long work starts, for what cannot be trained."""
+        """Raise `TegotaeError`, before long work starts, for an experiment that cannot be
+        trained.
+        """
         ...

@@ -60,7 +60,7 @@ class Subject(ABC):
     @property
     @abstractmethod
     def bounds(self) -> np.ndarray:
-        """Least and largest action, [2, actions]; what is beyond is cut off."""
+        """Least and largest action, [2, actions]; values beyond are cut off."""
 
     @property
     @abstractmethod

@@ -109,7 +109,7 @@ def _drawn(name: str) -> Export:
 
 
 def costs(export: Export) -> Iterator[Cost]:
-    """Compile a controller for each core, and count what its ticks take.
+    """Compile a controller for each core, and count the cost of its ticks.
 
     Raises:
         TegotaeError: if the tools are missing, or fail.

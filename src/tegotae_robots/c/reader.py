@@ -68,7 +68,7 @@ class Call:
 
 
 class CReader(Reader):
-    """Reads traces; procedures that it meets again are the same ones.
+    """Reader of traces in which equal procedures are one.
 
     It refuses loops of unknown length, which a robot's tick must not have.
     """

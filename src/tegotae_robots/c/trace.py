@@ -206,7 +206,7 @@ class TracedTick:
         results: Sequence[str],
         comment: str,
     ) -> Piece:
-        """Trace what is read off the oscillator's state at the end of a tick, its rate held."""
+        """Trace the signals of the oscillator's state at the end of a tick, its rate held."""
 
         def evaluate(
             weights: Weights,

@@ -27,7 +27,7 @@ _MOST = float(np.finfo(np.float32).max)
 
 @dataclass(frozen=True, kw_only=True)
 class NativeController:
-    """A compiled controller: its code, and what its caller must know.
+    """A compiled controller: its code, and the data that its caller needs.
 
     Args:
         name: of the controller; None if it has none.
@@ -62,7 +62,7 @@ class NativeController:
 
 
 def write_native(native: NativeController, path: Path) -> None:
-    """Write a compiled controller: what it is, and the whole of it with a checksum.
+    """Write a compiled controller: its description, and the whole of it with a checksum.
 
     Raises:
         TegotaeError: if it cannot be written.

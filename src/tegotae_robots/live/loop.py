@@ -261,7 +261,7 @@ class _Loop:
                 due += self._period_s * ((ended_s - due) // self._period_s + 1.0)
 
     def _keep(self, measured: Mapping[str, ArrayLike]) -> None:
-        """Record what was read, before it commands anything."""
+        """Record the readings before they command anything."""
         if not is_of(measured, Mapping):
             raise TegotaeError(
                 f"read gave {reprlib.repr(measured)}; it must give measurements by name, such as "

@@ -199,7 +199,7 @@ def suggest_wiring(settings: ModelSettings) -> Suggestion:
 
 
 def drop_remarks(standing: float, remedy: str, threshold: float = _GIVES_WAY) -> list[str]:
-    """List remarks on a drop test after which this share of the height is left."""
+    """List remarks on a drop test, by the share of the height that is left."""
     if standing >= threshold:
         return []
     return [
@@ -408,5 +408,5 @@ def dropped(sensed: Sensing, action: np.ndarray, rise_m: float) -> tuple[float, 
 
 
 def rounded(value: float, digits: int = 3) -> float:
-    """Round a number to so many significant digits."""
+    """Round a number to a number of significant digits."""
     return float(f"{value:.{digits}g}")

@@ -115,7 +115,7 @@ class Template:
 
     @property
     def text(self) -> str:
-        """The same as TOML, with the reasons as comments."""
+        """The template as TOML, with the reasons as comments."""
         lines, table = [f"about = {json.dumps(self.about, ensure_ascii=False)}"], ""
         for name, number in self.numbers.items():
             inside, _, entry = name.rpartition(".")

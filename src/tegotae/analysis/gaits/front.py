@@ -136,7 +136,7 @@ def travel(trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timin
 
 @dataclass(frozen=True)
 class FrontPart(Cell):
-    """Some walkers of a search, advanced together: what is kept of a search.
+    """Some walkers of a search, advanced together: the unit that a search keeps.
 
     Args:
         legged: the system.

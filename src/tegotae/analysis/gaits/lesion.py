@@ -170,7 +170,7 @@ class Aftermath:
 
     @property
     def share(self) -> Interval:
-        """Share of those who stood that stay up, and its 95 % interval; NaN of none."""
+        """Share of the standing bodies that stay up, and its 95 % interval; NaN if none stood."""
         return share_interval(int(self.frame.stays_up.sum()), self.stood)
 
     @property
@@ -192,7 +192,7 @@ class Aftermath:
 
     @property
     def notes(self) -> list[str]:
-        """The support that is left, the moved lags, and the times to fall and to lock again."""
+        """The remaining support, the moved lags, and the times to fall and to lock again."""
         (length, time), margin, names = self.legged.units, self.margin_m, self.legged.names
         notes = [f"the mass is {margin:.3f} {length} inside the feet that are left"]
         notes = [] if math.isnan(margin) else notes
@@ -276,7 +276,7 @@ def aftermath(
     seed: int = 0,
     tolerance: float = TOLERANCE,
 ) -> Aftermath:
-    """Release a body at random phases, let something happen to it, and see who stays up.
+    """Release a body at random phases, apply a lesion, and measure which bodies stay up.
 
     Nothing before the lesion knows of it. Measured is the last quarter of either part.
 

@@ -75,7 +75,7 @@ class Axis:
 
 
 def check_axis(legged: Legged, axis: Axis) -> None:
-    """Raise `TegotaeError` if a system has nothing of this name to vary, or not such values."""
+    """Raise `TegotaeError` if a system has no parameter of this name, or refuses these values."""
     if axis.name == OMEGA:
         if legged.omega is None:
             raise TegotaeError("the controller has no oscillator, and so no omega")
@@ -111,7 +111,7 @@ def fields_at(body: Body, values: Mapping[str, float]) -> dict[str, FieldNumber]
 
 @dataclass(frozen=True)
 class Setting:
-    """One place on the axes: the body there, or why there is none."""
+    """One place on the axes: the body there, or the reason why there is none."""
 
     at: Mapping[str, float]
     body: Any
@@ -198,7 +198,7 @@ class GaitMap:
 
     @property
     def cells(self) -> pd.DataFrame:
-        """Return the most frequent gait of every cell, a row a cell.
+        """Return the most frequent gait of every cell, one row per cell.
 
         `gait` is the most common name, of several the first by letters; `share` of the starts have
         it, and `fallen_share` of all starts fell. Over those that have it, lags are circular means,
@@ -258,7 +258,7 @@ _MEDIANS = ("lock_time_s", "speed_m_per_s", "cost_of_transport")
 
 @dataclass(frozen=True)
 class MapPart(Cell):
-    """Some cells of a map, advanced together: what is kept of a map.
+    """Some cells of a map, advanced together: the unit that a map keeps.
 
     Args:
         legged: the system.

@@ -120,7 +120,7 @@ class GaitRun:
 
     @property
     def limbs(self) -> pd.DataFrame:
-        """The final coordination for people, a row a leg."""
+        """The final coordination in a table for people, one row per leg."""
         _, time = self.legged.units
         return pd.DataFrame(
             {
@@ -232,8 +232,8 @@ class Releases:
 
     @property
     def outcomes(self) -> pd.DataFrame:
-        """A row a gait that starts end in, or a reason to have none, the most common first; those
-        as common in the order of letters.
+        """Final gaits, or reasons to have none, one row each, the most common first; equally common
+        ones in the order of letters.
 
         The `share` of the starts has a 95 % interval from `low` to `high`. `lag` has the
         circular means of the lags over these starts, and `between` their circular standard

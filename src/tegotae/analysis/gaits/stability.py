@@ -125,7 +125,9 @@ class GaitStability:
 
     @property
     def summary(self) -> pd.DataFrame:
-        """Largest multiplier and unexplained share, a row a value and a column a gait, as texts."""
+        """Largest multiplier and unexplained share as texts, one row per value and one column
+        per gait.
+        """
         frame = self.frame
         texts = [
             UNDEFINED if math.isnan(a) else f"{a:.3f}, {b:.3f}"

@@ -35,7 +35,7 @@ MOST_LEVEL = 1e6
 
 
 class LackingError(Exception):
-    """A body lacks what a disturbance changes; the text says what."""
+    """Error for a body without the field that a disturbance changes; the text names it."""
 
 
 @dataclass(frozen=True)
@@ -112,8 +112,8 @@ class Disturbance(ABC):
 
 @dataclass(frozen=True)
 class Tested(ABC):
-    """A set of controllers, unchanged, and how it is tried: on bodies of this package
-    (`ControllersUnderTest`), or in another simulator (`EnvironmentUnderTest`).
+    """A set of unchanged controllers and the place of their test: bodies of this package
+    (`ControllersUnderTest`), or another simulator (`EnvironmentUnderTest`).
 
     Args:
         controllers: the runs of one training, and the system that they share.
@@ -176,7 +176,7 @@ class Tested(ABC):
 
     @property
     def omega(self) -> float | None:
-        """The frequency they are tried at [rad/s]; None without an oscillator."""
+        """The frequency of the test [rad/s]; None without an oscillator."""
         return self.controllers.omega
 
     @property

@@ -59,7 +59,7 @@ _EARTH_S = math.sqrt(1.0 / 9.81)
 
 @dataclass(frozen=True)
 class ControllersUnderTest(Tested):
-    """A set of controllers on the body of their training, and how it is tried.
+    """A set of controllers under test on the body of their training.
 
     Args:
         controllers: the runs of one training, and the system that they share.
@@ -183,8 +183,9 @@ class ControllersUnderTest(Tested):
 
     @cached_property
     def prepared(self) -> Body:  # type: ignore[override]
-        """The body with senses, actuators, blows and pushes around it, and a slope and rough ground
-        under it if it knows of terrain, which all change nothing as they are."""
+        """The body with senses, actuators, blows and pushes around it, and a slope and rough
+        ground under it if it has terrain; none of these has an effect by default.
+        """
         body = self.body
         ticks = math.ceil(self.longest_delay_s * self.time_scale / self.timing.tick_s - 1e-6)
         wrappers = [(Blows, {}), (Actuators, {}), (Sensors, {"most_ticks": ticks})]

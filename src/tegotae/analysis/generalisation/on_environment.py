@@ -97,7 +97,7 @@ _OF_MODELS = frozenset(
 
 @dataclass(frozen=True)
 class EnvironmentUnderTest(Tested):
-    """A set of controllers in the environment of its training, and how it is tried.
+    """A set of controllers under test in the environment of their training.
 
     Args:
         controllers: the runs of one training.
@@ -122,7 +122,7 @@ class EnvironmentUnderTest(Tested):
 
     @property
     def CHANGED(self) -> frozenset[str]:  # type: ignore[override]  # noqa: N802
-        """Names of what can be changed."""
+        """Names of the quantities that can be changed."""
         return _OF_PILOTS | _OF_MODELS if self.is_model else _OF_PILOTS
 
     @property
@@ -401,7 +401,7 @@ class _PerturbedPilot:
         return self._pilot.phase
 
     def reset(self) -> None:
-        """Begin an episode, with nothing felt and nothing commanded yet."""
+        """Begin an episode, before any observation and command."""
         self._pilot.reset()
         self._random = [np.random.default_rng(int(lane_seed)) for lane_seed in self._seed]
         self._past: list[np.ndarray] = []
@@ -416,7 +416,9 @@ class _PerturbedPilot:
         return self._followed(action) if self._late.any() else action
 
     def _followed(self, aim: np.ndarray) -> np.ndarray:
-        """Return what lagging actuators make of actions, as `tegotae.parts.bodies.Actuators`."""
+        """Return the delivered actions of lagging actuators, as
+        `tegotae.parts.bodies.Actuators`.
+        """
         reached = aim if self._reached is None else self._reached
         gone, far = -np.expm1(-self._rate), aim - reached
         self._reached = reached + far * gone

@@ -100,7 +100,7 @@ class Trial:
 
     @property
     def document(self) -> Document:
-        """All that decides what is measured, as JSON values."""
+        """All settings that determine the measurement, as JSON values."""
         document = {
             "format": FORMAT,
             "name": self.name,
@@ -212,7 +212,9 @@ MEASURES = {"keeps": "had", "moves": "moved"}
 
 
 class Margin(NamedTuple):
-    """The tested levels between which half of the runs fail, on one side of none of it."""
+    """The tested levels between which half of the runs fail, on one side of the undisturbed
+    level.
+    """
 
     condition: str
     side: str

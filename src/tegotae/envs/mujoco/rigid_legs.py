@@ -37,7 +37,7 @@ def require_open_chains(model: MjModel, feet: Sequence[str]) -> None:
 def require_stiff(
     model: MjModel, data: MjData, feet: Sequence[str], driven: Sequence[int], length_m: float
 ) -> None:
-    """Raise TegotaeError for a joint that nothing drives and that yields under a foot's load.
+    """Raise TegotaeError for an undriven joint that yields under a foot's load.
 
     The load is the foot's share of the weight, on that corner of the foot which turns the joint
     most.

@@ -33,7 +33,7 @@ class ObservedEntry:
 
 @dataclass(frozen=True)
 class Sensing:
-    """A model, and where in its sensor data is what.
+    """A model with the places of its quantities in the sensor data.
 
     Raises:
         TegotaeError: for a file that is no model, or a foot that is no part of it.
@@ -64,13 +64,13 @@ class Sensing:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of what is observed."""
+        """Names of the observed quantities."""
         borne = [] if self.legs is None else [f"{foot}_estimated_force" for foot in self.feet]
         return (*(entry.name for entry in self.entries), *borne)
 
     @property
     def lower(self) -> np.ndarray:
-        """Least values of what is observed, [entries]."""
+        """Least values of the observed quantities, [entries]."""
         lower = [entry.lower for entry in self.entries]
         return np.array([*lower, *[0.0] * (len(self.names) - len(lower))])
 
@@ -83,8 +83,9 @@ class Sensing:
 
     @property
     def bounds(self) -> np.ndarray:
-        """Least and largest action, [2, actions]: the actuators' ranges, unbounded where a model
-        gives none; and of places as far as the longest leg."""
+        """Least and largest action, [2, actions]: the actuators' ranges, unbounded where a
+        model gives none; places reach as far as the longest leg.
+        """
         model = self.model
         limited = model.actuator_ctrllimited[self.driven].astype(bool)
         free = np.array([[-np.inf], [np.inf]])

@@ -97,7 +97,8 @@ _TITLES = {name: f"{name}_cycles" for name in ("lag", "lag_spread", "touchdown_l
 
 
 def coordination_columns(coordination: Coordination, legs: Sequence[str]) -> dict[str, np.ndarray]:
-    """Return the coordination of lanes as columns, what belongs to a leg with its name at the end.
+    """Return the coordination of lanes as columns; the name of a leg ends the columns that belong
+    to it.
 
     Args:
         coordination: arrays [limbs, lanes] and [lanes].
@@ -307,7 +308,7 @@ def length(parts: Sequence[jax.Array]) -> jax.Array:
 
 
 def sum_over_limbs(x: AnyArray, limbs: int) -> jax.Array:
-    """Return the sum over the limbs of what is recorded limb by limb, [lanes].
+    """Return the sum of a recorded quantity over the limbs, [lanes].
 
     Args:
         x: [limbs, lanes], or [lanes], which stays as it is.

@@ -68,7 +68,7 @@ def left_out(count: AnyArray) -> jax.Array:
 
 
 class WholeHops(NamedTuple):
-    """Whole hops, from apex to apex: what CoT⁻¹ is taken over.
+    """Whole hops, from apex to apex, over which CoT⁻¹ is taken.
 
     At an apex nothing is climbed and no work is done, so that totals at the end of the apex's frame
     are those at the apex. Any other window counts climbs and work of a piece of a hop.
@@ -261,7 +261,7 @@ class Settled(NamedTuple):
 
 
 def find_limit_cycle(hops: Hops, settings: LimitCycle, start_s: Numeric, end_s: Numeric) -> Settled:
-    """Find the limit cycle on which the gait stays until the end of a window.
+    """Find the limit cycle on which the gait remains until the end of a window.
 
     A body that stops hopping before the end has no limit cycle.
 

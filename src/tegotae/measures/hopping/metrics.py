@@ -185,7 +185,7 @@ HOPPING = Catalogue("hopping", REGIME)
 
 @dataclass(frozen=True)
 class Conditions:
-    """Under what some episodes were measured.
+    """Conditions under which some episodes were measured.
 
     Args:
         body: the body; None where it is not known, as in a recording.
@@ -249,7 +249,7 @@ class ClampedMetric(Metric):
 
 @dataclass(frozen=True, kw_only=True)
 class DerivedMetric(Metric):
-    """A metric that follows from others of the same episode.
+    """A metric that is computed from others of the same episode.
 
     Args:
         of: names of these, or `REGIME`.

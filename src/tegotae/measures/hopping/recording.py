@@ -351,7 +351,7 @@ def noise_std(samples: np.ndarray) -> float:
 
 
 class Cleaned(NamedTuple):
-    """Samples after a low-pass, and what noise is left in them."""
+    """Samples after a low-pass, and the noise that is left in them."""
 
     samples: np.ndarray
     """[samples]."""

@@ -17,7 +17,7 @@ WORK = ("absolute", "positive", "net")
 
 
 def check_work(definition: str, name: str = "work") -> None:
-    """Raise `TegotaeError` for a definition of work, a setting of that name, none of `WORK`."""
+    """Raise `TegotaeError`, naming the setting, for a definition of work that is not in `WORK`."""
     if definition not in WORK:
         raise TegotaeError(f"{name} is {definition!r}; it must be one of {', '.join(WORK)}")
 

@@ -70,7 +70,7 @@ class FitnessData(NamedTuple):
 
 
 class _SettledHops(Objective):
-    """Part of a fitness of hopping: what follows the time to settle, with ΔΩ or without."""
+    """Part of a fitness of hopping: the time after settling, with ΔΩ or without."""
 
     settle_s: float
     follow_omega: bool
@@ -136,7 +136,7 @@ class Fitness(_SettledHops):
 
     @property
     def data(self) -> FitnessData:
-        """The definition of work, and what ΔΩ counts for."""
+        """The definition of work, and the weight of ΔΩ."""
         selected = [float(definition == self.work) for definition in WORK]
         return FitnessData(
             np.array(selected, "float32"),

@@ -83,7 +83,7 @@ class Objective(Part, ABC):
 
     @property
     def program(self) -> Objective:
-        """The part that is compiled: what it shares, programs share."""
+        """The compiled part, which programs with an equal one share."""
         return self
 
     @property

@@ -49,7 +49,7 @@ class WalkingData(NamedTuple):
 
 
 class _SettledWalk(Objective):
-    """Part of a fitness of walking: what is taken of an episode, from when it has settled on."""
+    """Part of a fitness of walking: its quantities after settling."""
 
     settle_s: float
     tracking: float

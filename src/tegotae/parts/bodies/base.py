@@ -106,7 +106,7 @@ class Body(Part, ABC):
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """Channels that a rollout records of this body beside those of every body."""
+        """Channels that a rollout records of this body beside the common ones."""
         return ()
 
     @property
@@ -150,7 +150,7 @@ class Body(Part, ABC):
     def predict(
         self, state: StateTree, force_n: PerLimb, ground_m: PerLane, tick_s: Scalar
     ) -> tuple[StateTree, PerLimb, PerLimb]:
-        """A cheap guess of the state one tick on under a held force [N], errors of second order.
+        """Predict the state one tick on under a held force [N], with errors of second order.
 
         With it, from where to where in the tick (0 ... 1) the body is in stance; the same value
         twice if never.
@@ -160,7 +160,7 @@ class Body(Part, ABC):
     def advance(
         self, state: StateTree, push: Push, ground_m: PerLane, tick_s: Scalar
     ) -> tuple[StateTree, Contact]:
-        """Return the state one tick on under the actuator's push, and what happened on the way."""
+        """Return the state one tick on under the actuator's push, and the contacts on the way."""
 
     def apply_impulse(self, state: StateTree, impulse_ns: PerLane) -> StateTree:
         """Return the state after a vertical blow on the centre of mass, upwards [N s], [lanes].

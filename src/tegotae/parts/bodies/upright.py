@@ -401,5 +401,5 @@ def _hips(frame: RecordedFrame) -> jax.Array:
 
 
 def _per_limb(x: Number, like: jax.Array) -> jax.Array:
-    """A number, or one a lane, for every limb."""
+    """Return a number, or one per lane, for every limb."""
     return jnp.broadcast_to(jnp.asarray(x, like.dtype), like.shape)

@@ -69,7 +69,7 @@ class BodyWrapper(Body):
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """Those of the body within."""
+        """Channels of the body within."""
         return tuple(map(_within, self.body.channels))
 
     def release(
@@ -146,7 +146,7 @@ def _within(channel: Channel) -> Channel:
 
 
 class ActuatorsState(NamedTuple):
-    """The body's state, and what its actuators have come to."""
+    """The body's state, and the present outputs of its actuators."""
 
     body: StateTree
     """The state of the body."""
@@ -232,7 +232,7 @@ class Actuators(BodyWrapper):
     def predict(
         self, state: ActuatorsState, force_n: jax.Array, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[ActuatorsState, jax.Array, jax.Array]:
-        """Predict the body's state under what the actuators would deliver."""
+        """Predict the body's state under the output of the actuators."""
         mean, end = self._follow(state.reached, force_n, tick_s)
         arrives = (mean if self.COMMANDS == FORCE else end) * wide(self.strength, mean)
         guess, begins, ends = self.body.predict(state.body, arrives, ground_m, tick_s)
@@ -241,7 +241,7 @@ class Actuators(BodyWrapper):
     def advance(
         self, state: ActuatorsState, push: Push, ground_m: jax.Array, tick_s: jax.Array
     ) -> tuple[ActuatorsState, Contact]:
-        """Advance the body by a tick under what the actuators deliver."""
+        """Advance the body by a tick under the output of the actuators."""
         mean, end = self._follow(state.reached, push.mean_n, tick_s)
         delivered = Push(end, push.rise_n)  # a place, at the tick's end
         if self.COMMANDS == FORCE:
@@ -256,7 +256,7 @@ class Actuators(BodyWrapper):
 
 
 class SensorsState(NamedTuple):
-    """The body's state, and what its sensors have felt lately."""
+    """The body's state, and the recent readings of its sensors."""
 
     body: StateTree
     """The state of the body."""
@@ -303,7 +303,9 @@ class Sensors(BodyWrapper):
     most_ticks: int = whole(16, static=True)
 
     def check_tick(self, tick_s: float) -> None:
-        """Raise `TegotaeError` for a tick too long for the body, or a delay beyond what is kept."""
+        """Raise `TegotaeError` for a tick too long for the body, or a delay longer than the
+        kept history.
+        """
         self.body.check_tick(tick_s)
         if self.delay_s > self.most_ticks * tick_s * (1.0 + 1e-6):
             raise TegotaeError(

@@ -138,7 +138,7 @@ class Learned(OscillatorWrapper):
 
     @property
     def weight_names(self) -> tuple[WeightName, ...]:
-        """Those of the parameters."""
+        """Names of the parameters' weights."""
         return tuple((name,) for name in self.names)
 
     def initial(self, key: jax.Array) -> jax.Array:

@@ -46,7 +46,7 @@ class Actuation(Term):
         return self.NEEDS_PHASE or type(self).full_force is not Actuation.full_force
 
     def check(self, limbs: int, sets: int) -> None:
-        """Raise `TegotaeError` if it does not go with so many limbs, or sets of weights."""
+        """Raise `TegotaeError` if it does not fit this number of limbs, or of sets of weights."""
 
     def full_force(
         self, weights: Weights, phase_start: jax.Array, phase_end: jax.Array, omega: jax.Array

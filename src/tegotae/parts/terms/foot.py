@@ -86,7 +86,7 @@ class TunedFoot(Actuation):
     start: EllipticFoot = a_part(EllipticFoot, "an EllipticFoot", EllipticFoot)
 
     def initial(self, key: jax.Array) -> jax.Array:
-        """Return the numbers of the ellipse to start from, and zeros for all else, whatever the
+        """Return the numbers of the ellipse to start from, and zeros for all others, for any
         key.
         """
         return jnp.array([getattr(self.start, name, 0.0) for name in self.WEIGHTS])
@@ -276,12 +276,12 @@ class LearnedFoot(Actuation):
 
     @property
     def n_weights(self) -> int:
-        """Those of two networks."""
+        """Number of weights of two networks."""
         return 2 * self._network.n_weights
 
     @property
     def weight_names(self) -> tuple[WeightName, ...]:
-        """Those of the network of each command."""
+        """Names of the weights of each command's network."""
         names = self._network.weight_names
         return tuple(path for name in FOOT for path in inside((name,), names))
 

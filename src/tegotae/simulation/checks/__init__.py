@@ -86,7 +86,7 @@ def _check_weights(trial: PartTrial, part: Term | Oscillator) -> jax.Array:
 
 
 class _DeclaredSignals(Signals):
-    """Signals of which only those that a term declares may be read."""
+    """Signals of which only declared ones may be read by a term."""
 
     def __getitem__(self, name: str) -> jax.Array:
         if name not in self.values:

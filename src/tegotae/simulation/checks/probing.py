@@ -31,7 +31,7 @@ DTYPES = ("float32", "float64")
 
 @dataclass(frozen=True)
 class PartTrial:
-    """A part that is tried on lanes: each method raises `TegotaeError` for what is not so.
+    """A part under test on lanes: each method raises `TegotaeError` for a broken promise.
 
     Every message begins with the part's name; `what` is what follows it, such as ".predict".
 

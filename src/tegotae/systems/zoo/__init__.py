@@ -59,7 +59,7 @@ def open_zoo(path: Path) -> Zoo:
 
 
 class Zoo:
-    """A file of trained controllers, of which the weights are read when they are asked for.
+    """A file of trained controllers, whose weights are read on demand.
 
     Args:
         path: the file.

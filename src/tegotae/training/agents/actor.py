@@ -112,7 +112,9 @@ _ROLES = ("action", "reaction", "gain")
 
 
 class JaxTermModule(TermModule):
-    """Any term, by its own function and JAX's gradient of it: what has no counterpart in torch."""
+    """Module of a term without a counterpart in torch, by its own function and JAX's gradient
+    of it.
+    """
 
     def __init__(self, term: Term, observed: Observed, weights: np.ndarray) -> None:
         super().__init__(term, observed, weights)
@@ -244,7 +246,7 @@ def make_ppo(settings: PPOSettings, env: VecEnv, feedback: Feedback, seed: int) 
 
 
 class _StateIndependent(nn.Module):
-    """The same number for every observation."""
+    """Module with the same output for every observation."""
 
     def __init__(self, value: float) -> None:
         super().__init__()

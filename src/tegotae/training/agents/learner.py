@@ -57,7 +57,7 @@ class AgentLearner(SeedLearner):
         return XLA
 
     def check(self, run: TrainingTask) -> None:
-        """Raise `TegotaeError` for what an agent cannot learn.
+        """Raise `TegotaeError` for an experiment that an agent cannot learn.
 
         That is a controller without a meaning for agents; on the engine also a body of several
         limbs, conditions that change, an integrator or a release of its own.
@@ -100,7 +100,7 @@ class AgentLearner(SeedLearner):
 
 
 def _check_on_engine(experiment: Experiment) -> None:
-    """Raise `TegotaeError` for what differs between episodes, or from what the hopper offers."""
+    """Raise `TegotaeError` for a difference between episodes, or from the options of the hopper."""
     require_one_limb(experiment.body, "learning by agents")
     release = experiment.system.release
     if release != Release(height_m=release.height_m):

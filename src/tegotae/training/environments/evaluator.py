@@ -220,7 +220,7 @@ class WorkerPool:
 
 
 class _EnvWorker:
-    """One worker process, and what it is at."""
+    """One worker process and its present task."""
 
     job: Job | None = None
     """Job that the worker evaluates."""
@@ -267,7 +267,7 @@ class _EnvWorker:
             return self._beat[0], f"it ended its process (status {self._process.exitcode})"
 
     def end(self) -> None:
-        """End it, whatever it is at."""
+        """End the process, whatever its task."""
         self.link.close()
         self._process.kill()
         self._process.join()

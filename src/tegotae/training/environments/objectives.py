@@ -93,7 +93,7 @@ class EnvObjective(ABC):
         return ()
 
     def check(self, wiring: Wiring, duration_s: float) -> None:  # noqa: B027 - optional
-        """Raise `TegotaeError` where it cannot be taken."""
+        """Raise `TegotaeError` where it cannot be computed."""
 
     @property
     def file(self) -> Path | None:

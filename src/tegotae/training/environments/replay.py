@@ -64,7 +64,7 @@ def replay(
     *,
     seed: int | None = None,
 ) -> list[Replay]:
-    """Play an episode of each of some controllers, side by side from the same start.
+    """Play an episode of each controller, side by side from the same start.
 
     Args:
         experiment: where and how they were trained (`EnvExperiment.from_controller`).
@@ -98,7 +98,7 @@ def replay(
 
 
 def _measurable(experiment: EnvExperiment, episode: EnvEpisode, fitness: float) -> RobotEpisode:
-    """Return an episode with what the wiring says of the robot."""
+    """Return an episode with the robot's data from the wiring."""
     wiring, wires = experiment.wiring, experiment.wires
     loads = {}
     for name in sorted({limb.senses.get("spring_force", "") for limb in wiring.limbs} - {""}):

@@ -59,7 +59,7 @@ class GymLanes:
         self._done = np.zeros(lanes, int)
 
     def reset(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
-        """Begin a new episode of some lanes; what all observe, [lanes, entries].
+        """Begin a new episode of some lanes; return the observations of all, [lanes, entries].
 
         Args:
             seed: of the starts: lanes of the same seed have the same one.
@@ -231,7 +231,7 @@ class Lanes(Protocol):
     """True where the last step ended an episode by its time alone, [lanes]."""
 
     def reset(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
-        """Begin a new episode of some lanes; return what all observe, [lanes, entries]."""
+        """Begin a new episode of some lanes; return the observations of all, [lanes, entries]."""
         ...
 
     def step(
@@ -241,12 +241,12 @@ class Lanes(Protocol):
         ...
 
     def close(self) -> None:
-        """Give back what it holds."""
+        """Release its resources."""
         ...
 
 
 class LanePilot(Protocol):
-    """What drives lanes that are stepped together, such as a `Pilot`."""
+    """Driver of lanes that are stepped together, such as a `Pilot`."""
 
     @property
     def phase(self) -> np.ndarray:

@@ -131,7 +131,8 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         return state._replace(foot=jnp.stack(place[:2]), command=command)
 
     def sense(self, state: WalkerState, ground_m: jax.Array) -> Sensation:
-        """Load of each leg's spring K_z d_z [N], its rate at a held command; angles; speed.
+        """Return the load of each leg's spring K_z d_z [N], its rate at a held command; angles;
+        speed.
 
         Roll and yaw are also felt as a leg's side has them, up and to that side, and pitch as its
         end of the torso has it, up.
