@@ -160,9 +160,9 @@ def tables(records: pd.DataFrame) -> str:
 def forms_table(records: pd.DataFrame) -> list[list[str]]:
     """Count for each form the runs in which it is the shortest that preserves a share; of equally
     short ones the best."""
-    controller = resolve(BODY).controller().controller
+    system = resolve(BODY).controller().system
     numbers = {
-        name: form.on_legs(controller, 1.0).layout["actuation"].start
+        name: form.controller(system).layout["actuation"].start
         for name, form in forms_of_legs().items()
     }
     ranked = sorted(numbers, key=lambda name: numbers[name])

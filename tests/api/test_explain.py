@@ -278,7 +278,7 @@ def test_a_reflex_starts_and_is_written_with_its_scale():
 
 def test_numbers_of_a_form_on_legs_are_those_of_its_feedback():
     legs = tg.load("zoo:legs:ART-rF-t+phif+range@quadruped-c", tg.WalkerController).saved
-    controller = short_forms.forms_of_legs()["decay"].on_legs(legs.controller, 1.0)
+    controller = short_forms.forms_of_legs()["decay"].controller(legs.system, 1000)
     saved = SavedController.from_weights(controller, np.zeros(controller.n_weights), 2.0, legs.body)
     form = short_forms.TriedForm("decay", saved, None, None, 1.0, 1.0)  # type: ignore[arg-type]
     assert (form.numbers, form.of_feet) == (4, legs.controller.actuation.n_weights)
