@@ -189,7 +189,9 @@ def replace(value: T, changes: Mapping[str, object]) -> T:
     }
     for name, x in fields.items():
         current = getattr(value, name)
-        if isinstance(current, tuple) and isinstance(x, (Real, np.ndarray)) and np.ndim(x) == 0:
+        if isinstance(current, tuple) and (
+            isinstance(x, Real) or (isinstance(x, np.ndarray) and x.ndim == 0)
+        ):
             fields[name] = (x,) * (len(cast(tuple[object, ...], current)) or 1)
     return cast(T, dataclasses.replace(cast("DataclassInstance", value), **fields))
 

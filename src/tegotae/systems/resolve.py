@@ -190,9 +190,10 @@ class Untrained(Resolved):
 
     def experiment(self) -> Experiment:
         """Return the one experiment."""
-        if len(self.experiments) > 1:
-            raise TegotaeError(f"{self.name} holds {len(self.experiments)} experiments; name one")
-        return self.experiments[0]
+        first, *further = self.experiments
+        if further:
+            raise TegotaeError(f"{self.name} holds {1 + len(further)} experiments; name one")
+        return first
 
 
 @dataclass(frozen=True)
