@@ -132,9 +132,9 @@ class Program:
             return (entry.words, 1)
         if entry.name == "tick_s":
             return ()
-        return (entry.words, 1) if self._of_limbs(entry.name) else (1,)
+        return (entry.words, 1) if self._is_per_limb(entry.name) else (1,)
 
-    def _of_limbs(self, name: str) -> bool:
+    def _is_per_limb(self, name: str) -> bool:
         return self.limbs > 1 and name in ("omega", "release.phase_rad", "body.present")
 
     @cached_property

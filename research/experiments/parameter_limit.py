@@ -51,8 +51,8 @@ COLUMNS = (
 )
 
 
-def as_for_96(size: int) -> PGPE:
-    """Return the settings tuned for 96 weights, as they are used at this size."""
+def unscaled(size: int) -> PGPE:
+    """Return the settings tuned for 96 weights, for any number of weights."""
     return tuned("pgpe")
 
 
@@ -74,7 +74,7 @@ def pgpelib(size: int) -> PGPE:
 
 
 WAYS: dict[str, Callable[[int], PGPE]] = {
-    "as for 96": as_for_96,
+    "as for 96": unscaled,
     "scaled": scaled,
     "pgpelib": pgpelib,
 }

@@ -313,7 +313,7 @@ class LawMap:
         if not self.figure_only:
             maps: Arrays = {}
             for subject in self.subjects:
-                tables = self._of_subject(subject, maps)
+                tables = self._subject_rows(subject, maps)
                 for name, rows in tables.items():
                     write_rows(self.out / f"{name}.csv", rows, digits=4, by=("subject",))
             write_arrays(self.out / "map.npz", self._other_maps() | maps)
@@ -327,7 +327,7 @@ class LawMap:
         maps = read_arrays(file, MOST_BYTES)
         return {name: x for name, x in maps.items() if name.split()[0] not in self.subjects}
 
-    def _of_subject(self, subject: str, maps: Arrays) -> dict[str, list[dict[str, Any]]]:
+    def _subject_rows(self, subject: str, maps: Arrays) -> dict[str, list[dict[str, Any]]]:
         tables: dict[str, list[dict[str, Any]]] = {"summary": [], "laws": [], "convergence": []}
         sample: dict[str, Arrays] = {}
         for form, share in FORMS.items():

@@ -96,10 +96,10 @@ class Law:
         """
         sides = (False,) if self.knows == "nothing" else (False, True)
         ends = np.split(x, self.ends, axis=1)
-        units = [self._of_leg(end, sigma, mirror) for end in ends for mirror in sides]
+        units = [self._leg_weights(end, sigma, mirror) for end in ends for mirror in sides]
         return np.concatenate(units, axis=1)
 
-    def _of_leg(self, x: np.ndarray, sigma: float, mirror: bool) -> np.ndarray:
+    def _leg_weights(self, x: np.ndarray, sigma: float, mirror: bool) -> np.ndarray:
         """Return the weights of a leg [lanes, unit]; those of a right one are mirrored."""
         neurons = x[:, 1:].reshape(len(x), 2, self.hidden, len(self.senses) + 2)
         sign = np.array([-1.0 if mirror and s in MIRRORED else 1.0 for s in self.senses])

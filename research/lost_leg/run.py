@@ -135,7 +135,7 @@ CELLS = (
 
 
 @needing("x_m", "y_m", "yaw_rad", "foot_x_m", "foot_y_m", "work_absolute_j", "failed", "time_s")
-def _around(path: Any, scenario: Any, body: Any, timing: Timing) -> dict[str, Any]:
+def _around_loss(path: Any, scenario: Any, body: Any, timing: Timing) -> dict[str, Any]:
     """Return distances and work before and after the loss, each over a quarter of the
     recording, and falls.
     """
@@ -187,7 +187,7 @@ def leg_loss_rows(
     changes = {"present": Step(np.repeat(presence, STARTS, axis=1), from_s=0.5 * TIMING.duration_s)}
     scenario = with_changes(legged.scenario(phase), legged.body, {**body, **changes})
     weights = np.repeat([runs[run] for run, _ in cases], STARTS, axis=0)
-    results = legged.rollout(_around, TIMING).run(weights, scenario, legged.body)
+    results = legged.rollout(_around_loss, TIMING).run(weights, scenario, legged.body)
     results = {n: np.asarray(x, float).reshape(len(cases), STARTS) for n, x in results.items()}
     intact = dataclasses.replace(legged.body, **body)
     rows = []

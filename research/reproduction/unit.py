@@ -158,7 +158,7 @@ def work(unit: Unit) -> Record:
     protocol = system.evaluated_by(experiment.protocol)
     require_evaluable(experiment.controller, experiment.body, protocol)
     learned = _searched(run) if experiment.is_searched else _trained(unit)
-    drawn = [_drawn(learned, run.seeds)] if learned.deviation.any() else []
+    drawn = [_draw_controllers(learned, run.seeds)] if learned.deviation.any() else []
     sets = np.concatenate([learned.weights, *learned.at_budgets, *drawn])
     evaluation = evaluate(
         experiment.controller,
@@ -207,7 +207,7 @@ def work(unit: Unit) -> Record:
     )
 
 
-def _drawn(learned: _Learned, seeds: Iterable[int]) -> np.ndarray:
+def _draw_controllers(learned: _Learned, seeds: Iterable[int]) -> np.ndarray:
     """Draw a controller of each run from the best distribution that it saw, [runs, n_weights]."""
     normal = [
         np.random.default_rng(seed).standard_normal(learned.weights.shape[1]) for seed in seeds

@@ -56,13 +56,13 @@ class ShortLaws:
         """Train, evaluate, and write."""
         file = self.out / "runs.csv"
         if not self.tables_only:
-            runs = pd.concat([self._of_omega(omega) for omega in self.omegas])
+            runs = pd.concat([self._runs_at(omega) for omega in self.omegas])
             write_rows(file, runs.to_dict("records"), digits=6, by=("omega_t_rad_per_s",))
         runs = pd.read_csv(file)
         write_text(self.out / "short_laws.md", table(runs))
         print(table(runs))
 
-    def _of_omega(self, omega: float) -> pd.DataFrame:
+    def _runs_at(self, omega: float) -> pd.DataFrame:
         rows = []
         for name in (*VANILLA, *LAWS, *LEARNED):
             label = f"{name}-w{omega:g}"

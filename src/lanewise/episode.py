@@ -76,7 +76,7 @@ def compile_episode(
     """
     machine = target_of(target)
     with jax.enable_x64(dtype == "float64"):
-        lanes = jax.tree.map(_of_one_lane, lanes_shapes)
+        lanes = jax.tree.map(_one_lane, lanes_shapes)
         shared = jax.tree.map(_shape, shared_shapes)
         stages, channels = _read(episode, lanes, shared)
     recorded = _recorded(stages.channels, jax.tree.leaves(channels))
@@ -90,7 +90,7 @@ def _shape(x: jax.Array | jax.ShapeDtypeStruct) -> jax.ShapeDtypeStruct:
     return jax.ShapeDtypeStruct(x.shape, x.dtype)
 
 
-def _of_one_lane(x: jax.Array | jax.ShapeDtypeStruct) -> jax.ShapeDtypeStruct:
+def _one_lane(x: jax.Array | jax.ShapeDtypeStruct) -> jax.ShapeDtypeStruct:
     return jax.ShapeDtypeStruct((*x.shape[:-1], 1), x.dtype)
 
 

@@ -224,7 +224,7 @@ def start_of(
     return np.array([m, -slope, c, -offset / slope, alpha, delay])
 
 
-def _begun(log: Log, middles: np.ndarray, sides: np.ndarray, gravity: float) -> np.ndarray:
+def _initial_states(log: Log, middles: np.ndarray, sides: np.ndarray, gravity: float) -> np.ndarray:
     """Return height and velocity in the middles of flights, from their parabolas [2, flights]."""
     states = []
     for middle, side in zip(middles, sides, strict=True):
@@ -383,7 +383,7 @@ def identify(log: Log, gravity_m_per_s2: float = Hopper.gravity_m_per_s2) -> Ide
     """
     middles, sides = hop_middles(log)
     check_flight(log, middles, sides)
-    begun = _begun(log, middles, sides, gravity_m_per_s2)
+    begun = _initial_states(log, middles, sides, gravity_m_per_s2)
     theta = start_of(log, middles, begun, gravity_m_per_s2)
     fitted = round(SHARE_TO_FIT * (len(middles) - 1))
     segments = _Segments(log, middles[:fitted], middles[1 : fitted + 1], gravity_m_per_s2)

@@ -20,8 +20,8 @@ from tegotae.analysis.generalisation.run import (
     generalise,
     margin,
     margins,
+    measure_retention,
     retention_curve,
-    tried,
 )
 from tegotae.api.robustness import Robustness
 from tegotae.cli import main
@@ -57,7 +57,7 @@ def replaced(tested, **changes) -> ControllersUnderTest:
 
 @pytest.fixture(scope="module")
 def outcome() -> Retention:
-    return tried(hopper(), CHOSEN)
+    return measure_retention(hopper(), CHOSEN)
 
 
 def row_of(outcome, condition, level, run=0):
@@ -95,7 +95,7 @@ def test_a_breath_of_wind_changes_no_gait_and_a_storm_carries_the_hopper_away(ou
 
 
 def test_the_same_is_found_again_whatever_else_is_tried(outcome):
-    alone = tried(hopper(weights=((2.0,),)), CHOSEN)
+    alone = measure_retention(hopper(weights=((2.0,),)), CHOSEN)
     for condition, level in (("mass", 0.9), ("delay", 0.004)):
         first, second = row_of(outcome, condition, level), row_of(alone, condition, level)
         assert first["efficiency"] == pytest.approx(second["efficiency"], rel=1e-4)
@@ -113,7 +113,7 @@ def test_walkers_are_pushed_lose_legs_and_meet_slopes_and_keep_a_share_of_their_
     disturbances = disturbances_named(
         ["push-aside=0.001/9", "lost-leg=1", "slope=-9", "rough=0.001", "strength"]
     )
-    got = tried(tested, disturbances)
+    got = measure_retention(tested, disturbances)
     assert got.left_out == {"strength": "its actuators take places, not forces"}
     columns = got.table
     pushed = columns["condition"] == "push-aside"
@@ -298,7 +298,7 @@ def test_what_is_done_is_kept_and_not_done_again(outcome, tmp_path, monkeypatch)
     def again(*_):
         raise AssertionError("it was done again")
 
-    monkeypatch.setattr("tegotae.analysis.generalisation.run.tried", again)
+    monkeypatch.setattr("tegotae.analysis.generalisation.run.measure_retention", again)
     ((_, second),) = generalise([hopper()], CHOSEN, tmp_path)
     pd.testing.assert_frame_equal(first.table, second.table)
     (record,) = (tmp_path / "records").iterdir()
@@ -378,9 +378,9 @@ def test_one_that_can_meet_nothing_is_left_out_beside_others(tmp_path):
     neighbour = dataclasses.replace(
         hopper(), controllers=ControllerSet("N", single, weights, ("0",))
     )
-    assert tried(neighbour, two).left_out == reason
+    assert measure_retention(neighbour, two).left_out == reason
     (tmp_path / "left_out.csv").write_text("of another run")
-    empty = tried(neighbour, two)
+    empty = measure_retention(neighbour, two)
     assert retention_curve(empty).empty
     held = (hopper(), outcome_of([[True] * 3]))
     files = Robustness(outcomes=[(neighbour, empty), held], disturbances=(LAG,)).save(tmp_path)

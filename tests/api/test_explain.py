@@ -357,7 +357,7 @@ NOISE = np.array([-1.0, 1.0] * 4)[:, None] * 0.05
     ],
 )
 def test_a_word_on_the_feedback_has_the_paired_interval_behind_it(vanilla, cut, frozen, said):
-    (note,) = with_merits(vanilla, whole=0.128, cut=cut, frozen=frozen)._of_feedback()
+    (note,) = with_merits(vanilla, whole=0.128, cut=cut, frozen=frozen)._feedback_section()
     assert said in note
 
 
@@ -366,7 +366,7 @@ def test_one_release_tells_nothing_of_the_feedback():
     page = with_merits(page, whole=0.0)
     one = {name: scored([[0.1, 0.1]]) for name in ("whole", "cut", "frozen")}
     page = dataclasses.replace(page, evaluated=one)
-    assert "too small to tell" in " ".join(page._of_feedback())
+    assert "too small to tell" in " ".join(page._feedback_section())
 
 
 def test_a_fast_phase_is_counted_turn_by_turn():
@@ -407,7 +407,7 @@ def test_only_a_force_without_a_phase_is_said_to_follow_the_feedback_alone(vanil
         saved = SavedController.from_weights(controller, np.zeros(controller.n_weights), 8.0)
         page = with_merits(vanilla, whole=0.1, cut=0.0, frozen=0.0)
         page = dataclasses.replace(page, released=dataclasses.replace(page.released, saved=saved))
-        assert ("follows the feedback alone" in " ".join(page._of_feedback())) is alone
+        assert ("follows the feedback alone" in " ".join(page._feedback_section())) is alone
 
 
 def test_of_a_folder_of_several_controllers_one_is_named_by_its_path(tmp_path, one_line_error):

@@ -323,7 +323,7 @@ def test_the_state_that_predicts_is_not_fitted_to_the_hops_that_it_predicts(tabl
     """Then what is added to those heights is in the error, and nothing makes up for it."""
     log, result = identification.log_of(table), identified.raw
     middles, sides = (part[-5:] for part in identification.hop_middles(log))
-    begun = identification._begun(log, middles, sides, 9.81)
+    begun = identification._initial_states(log, middles, sides, 9.81)
     value, sigma, added_m = np.array([*result.values.values()]), np.array(result.noise), 0.05
 
     def errors(shift_m):

@@ -183,12 +183,14 @@ class _DesignCells:
             return _NO_GAP
         base_values = {shared[i]: float(base[i][0]) for i in defined}
         return _Gap(
-            _over([gaps[i] for i in defined]),
-            _over([base[i] for i in defined]),
-            self._of_designs(mine, base_values),
+            _mean_of_rows([gaps[i] for i in defined]),
+            _mean_of_rows([base[i] for i in defined]),
+            self._design_differences(mine, base_values),
         )
 
-    def _of_designs(self, mine: list[tuple[str, str]], base: dict[tuple, float]) -> np.ndarray:
+    def _design_differences(
+        self, mine: list[tuple[str, str]], base: dict[tuple, float]
+    ) -> np.ndarray:
         """Return each architecture and drive minus the base, where all have numbers, [designs,
         ω_t].
         """
@@ -218,13 +220,17 @@ class _DesignCells:
     def _level(self, cells: list[tuple[str, str]], place: tuple) -> np.ndarray:
         values = [self._places[cell].get(place, self._places[cell].get(ANYWHERE)) for cell in cells]
         # A small study may have a design of one architecture and not of another.
-        return _over([value for value in values if value is not None] or [np.full(1, np.nan)])
+        return _mean_of_rows(
+            [value for value in values if value is not None] or [np.full(1, np.nan)]
+        )
 
     def _lowest(
         self, cells: list[tuple[str, str]], place: tuple, shared: list[tuple]
     ) -> np.ndarray:
         """Return the architecture that is lowest over all cells at a place of the design."""
-        means = _stacked([_over([self._level([cell], p) for p in shared]) for cell in cells])
+        means = _stacked(
+            [_mean_of_rows([self._level([cell], p) for p in shared]) for cell in cells]
+        )
         ranked = np.where(np.isnan(means), np.inf, means)
         levels = _stacked([self._level([cell], place) for cell in cells])
         return np.take_along_axis(levels, ranked.argmin(axis=0)[None], axis=0)[0]
@@ -233,7 +239,7 @@ class _DesignCells:
         self, mine: list[tuple[str, str]], reference: list[tuple[str, str]], lowest: bool
     ) -> _Gap:
         """Return the differences of means over all models, over the metric's range."""
-        level = _over([self._all[cell] for cell in mine])
+        level = _mean_of_rows([self._all[cell] for cell in mine])
         rows = [self._all[cell] for cell in reference]
         if not rows:
             base = np.zeros_like(level)
@@ -241,7 +247,7 @@ class _DesignCells:
             stacked = np.stack(rows)
             base = np.where(np.isnan(stacked), np.inf, stacked).min(axis=0)
         else:
-            base = _over(rows)
+            base = _mean_of_rows(rows)
         if not self._range > 0.0:
             return _NO_GAP
         return _Gap((level - base) / self._range, base / self._range, _NO_DESIGNS)
@@ -296,7 +302,7 @@ def _stacked(rows: list[np.ndarray], axis: int = 0) -> np.ndarray:
     return np.stack(np.broadcast_arrays(*rows), axis=axis)
 
 
-def _over(rows: list[np.ndarray]) -> np.ndarray:
+def _mean_of_rows(rows: list[np.ndarray]) -> np.ndarray:
     """Return the mean of the defined values of several [1 + resamples]."""
     return mean_defined(_stacked(rows, axis=-1))
 

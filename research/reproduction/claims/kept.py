@@ -48,16 +48,18 @@ def measure_kept(effect: OfTrainings | OfGainMap, folder: Path | None) -> Effect
     if not path.exists():
         return NOT_KNOWN
     if isinstance(effect, OfGainMap):
-        estimator = {"resonance_shift": _of_resonances, "loss": _of_losses}.get(
-            effect.measure, _of_ridges
+        estimator = {"resonance_shift": _estimate_resonances, "loss": _estimate_losses}.get(
+            effect.measure, _estimate_ridges
         )
         return estimator(effect, folder)
     if effect.metric == "nearer_resonance":
-        return _of_gaits(effect, path)
-    return _of_curves(effect, path) if effect.metric == "cot_inverse" else _of_sizes(path)
+        return _estimate_gaits(effect, path)
+    return (
+        _estimate_curves(effect, path) if effect.metric == "cot_inverse" else _estimate_sizes(path)
+    )
 
 
-def _of_curves(effect: OfTrainings, path: Path) -> EffectEstimate:
+def _estimate_curves(effect: OfTrainings, path: Path) -> EffectEstimate:
     """Return CoT⁻¹ late in training, one algorithm minus another, averaged over the policies."""
     curves = groups(read_curves([path]))
     algorithms = (effect.ours, effect.theirs)
@@ -71,10 +73,10 @@ def _of_curves(effect: OfTrainings, path: Path) -> EffectEstimate:
         if all((model, algorithm) in curves for algorithm in algorithms)
     ]
     size = float(np.mean([np.mean(theirs) for _, theirs in pairs])) if pairs else np.nan
-    return _of_interval(stratified_difference(pairs), size)
+    return _from_interval(stratified_difference(pairs), size)
 
 
-def _of_gaits(effect: OfTrainings, path: Path) -> EffectEstimate:
+def _estimate_gaits(effect: OfTrainings, path: Path) -> EffectEstimate:
     """Return a metric of an algorithm's trained gaits, averaged over the policies, each over its
     runs.
     """
@@ -85,10 +87,10 @@ def _of_gaits(effect: OfTrainings, path: Path) -> EffectEstimate:
         (values[ours & (cells["model"] == model)], [0.0])
         for model in dict.fromkeys(cells["model"].tolist())
     ]
-    return _of_interval(stratified_difference(pairs, single_is_exact=True), np.nan)
+    return _from_interval(stratified_difference(pairs, single_is_exact=True), np.nan)
 
 
-def _of_sizes(path: Path) -> EffectEstimate:
+def _estimate_sizes(path: Path) -> EffectEstimate:
     """Return the best fitness of more parameters than the paper could train, minus that of fewer.
 
     At equal settings, averaged over these. A rollout that failed counts as an untrained one.
@@ -108,14 +110,14 @@ def _of_sizes(path: Path) -> EffectEstimate:
         pairs.append((larger, smaller))
     pairs = [pair for pair in pairs if all(pair)]
     size = float(np.mean([np.mean(smaller) for _, smaller in pairs])) if pairs else np.nan
-    return _of_interval(stratified_difference(pairs), size)
+    return _from_interval(stratified_difference(pairs), size)
 
 
-def _of_interval(interval: Interval, size: float) -> EffectEstimate:
+def _from_interval(interval: Interval, size: float) -> EffectEstimate:
     return EffectEstimate(interval.mean, interval.low, interval.high, size)
 
 
-def _of_ridges(effect: OfGainMap, folder: Path) -> EffectEstimate:
+def _estimate_ridges(effect: OfGainMap, folder: Path) -> EffectEstimate:
     """Return the slope of the ridge's line, or the share of its variance that the line explains."""
     ridges = read_ridges(folder)
     lines = {name: _line(*ridges[name]) for name in (effect.ours, effect.theirs) if name}
@@ -124,24 +126,26 @@ def _of_ridges(effect: OfGainMap, folder: Path) -> EffectEstimate:
     else:
         base = lines[effect.theirs]["r_squared"] if effect.theirs else np.zeros(1)
         values, size = lines[effect.ours]["r_squared"] - base, base[0]
-    return _of_draws(values, size)
+    return _from_draws(values, size)
 
 
-def _of_resonances(effect: OfGainMap, folder: Path) -> EffectEstimate:
+def _estimate_resonances(effect: OfGainMap, folder: Path) -> EffectEstimate:
     """Spread of the best frequency over the gains (standard deviation), less another's."""
     resonances = read_resonances(folder)
-    ours, theirs = (_drawn(resonances[name]).std(axis=1) for name in (effect.ours, effect.theirs))
-    return _of_draws(ours - theirs, theirs[0])
+    ours, theirs = (
+        _resample(resonances[name]).std(axis=1) for name in (effect.ours, effect.theirs)
+    )
+    return _from_draws(ours - theirs, theirs[0])
 
 
-def _of_losses(effect: OfGainMap, folder: Path) -> EffectEstimate:
+def _estimate_losses(effect: OfGainMap, folder: Path) -> EffectEstimate:
     """Return the mean loss over the frequencies, of both actuations alike."""
     losses = read_losses(folder)
-    means = [_drawn(loss).mean(axis=1) for loss in losses.values()]
-    return _of_draws(np.mean(means, axis=0), np.nan)
+    means = [_resample(loss).mean(axis=1) for loss in losses.values()]
+    return _from_draws(np.mean(means, axis=0), np.nan)
 
 
-def _drawn(values: np.ndarray) -> np.ndarray:
+def _resample(values: np.ndarray) -> np.ndarray:
     """Return values unchanged and resampled, [1 + resamples, values]; NaN for fewer than three."""
     n = len(values)
     if n < 3:
@@ -150,7 +154,7 @@ def _drawn(values: np.ndarray) -> np.ndarray:
     return values[np.concatenate([np.arange(n)[None], drawn])]
 
 
-def _of_draws(values: np.ndarray, size: float) -> EffectEstimate:
+def _from_draws(values: np.ndarray, size: float) -> EffectEstimate:
     drawn = values[1:][np.isfinite(values[1:])]
     if not np.isfinite(values[0]) or len(drawn) == 0:
         return NOT_KNOWN

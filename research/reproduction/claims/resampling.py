@@ -58,13 +58,13 @@ class Resampled:
             sample = rows.columns.get("sample", np.zeros(len(rows)))
             of_model = {str(name): rows["model"] == name for name in self.models.name}
             columns = [
-                self._of_model(str(name), rows, metric, sample, of_model[str(name)], count.run)
+                self._model_values(str(name), rows, metric, sample, of_model[str(name)], count.run)
                 for name in self.models.name
             ]
             self._known[key] = np.stack(columns, axis=1)
         return self._known[key]
 
-    def _of_model(
+    def _model_values(
         self,
         name: str,
         rows: StudyTable,

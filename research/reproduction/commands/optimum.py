@@ -60,7 +60,7 @@ class Optimum(Output):
                     "absolute work"
                 )
             for series, several in ((points, False), (longer, True)):
-                for name, gaits in _of_table(table, several=several).items():
+                for name, gaits in _table_gaits(table, several=several).items():
                     previous = series.get(name, (np.array([]), np.array([])))
                     rates, values = zip(previous, gaits, strict=True)
                     series[name] = (np.concatenate(rates), np.concatenate(values))
@@ -94,7 +94,7 @@ def unique_label(saved: SavedController, path: Path, taken: Container[str]) -> s
     return f"{saved.name} ({path.stem})" if saved.name in taken else saved.name
 
 
-def _of_table(table: StudyTable, *, several: bool) -> dict[str, Gaits]:
+def _table_gaits(table: StudyTable, *, several: bool) -> dict[str, Gaits]:
     """Return the best run of each model, learned and V: mean hop frequency and CoT⁻¹ of its
     episodes; of those whose cycles have one hop in all episodes, or of the others.
     """

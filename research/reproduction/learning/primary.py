@@ -93,10 +93,13 @@ def contrast(
     bases = np.array([[theirs[law or drive, w].mean() for w in omegas] for _, drive in designs])
     draw = np.random.default_rng(0)
     # A cell of the base is shared by designs: it is drawn once.
-    base_means = {key: _drawn(draw, cell) for key, cell in theirs.items()}
+    base_means = {key: _resampled_means(draw, cell) for key, cell in theirs.items()}
     gaps = np.array(
         [
-            [_drawn(draw, values[*design, w]) - base_means[law or design[1], w] for w in omegas]
+            [
+                _resampled_means(draw, values[*design, w]) - base_means[law or design[1], w]
+                for w in omegas
+            ]
             for design in designs
         ]
     )
@@ -123,7 +126,7 @@ def _cells(runs: pd.DataFrame, keys: Sequence[str], outcome: str) -> dict[tuple,
     return {place: np.array(values) for place, values in cells.items()}
 
 
-def _drawn(draw: np.random.Generator, cell: np.ndarray) -> np.ndarray:
+def _resampled_means(draw: np.random.Generator, cell: np.ndarray) -> np.ndarray:
     """Return resampled means of a cell's runs, [`RESAMPLES`]."""
     return draw.choice(cell, (RESAMPLES, len(cell))).mean(axis=1)
 

@@ -34,7 +34,7 @@ def trainings(records: Iterable[Record]) -> dict[tuple[str, float | None], Train
             stands = record_place(record)
             omega_t = None if np.isnan(stands["omega_t"]) else stands["omega_t"]
             groups.setdefault((stands["architecture"], omega_t), []).append(record)
-    return {key: _together(group) for key, group in groups.items()}
+    return {key: _join_records(group) for key, group in groups.items()}
 
 
 def convergence_figures(records: Iterable[Record]) -> dict[str, Figure]:
@@ -65,7 +65,7 @@ def convergence_means(records: Iterable[Record]) -> dict[str, np.ndarray]:
     return {column: np.concatenate([part[column] for part in parts]) for column in parts[0]}
 
 
-def _together(records: list[Record]) -> Trainings:
+def _join_records(records: list[Record]) -> Trainings:
     longest = max(len(record.curves["centre_fitness"]) for record in records)
     # The row of a generation is of the distribution that it began with.
     points = np.unique(np.geomspace(1, longest, POINTS).round().astype(int))

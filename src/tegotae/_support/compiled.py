@@ -48,7 +48,7 @@ def folder() -> Path | None:
     if setting == "off":
         return None
     with contextlib.suppress(OSError, RuntimeError):  # no permission, no space, no home
-        place = Path(setting) if setting else _of_user()
+        place = Path(setting) if setting else _default_folder()
         if place is not None and not _create(place):
             return place
     return None
@@ -109,7 +109,7 @@ def _opened(name: str, flags: int) -> int:
     return os.open(name, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
 
 
-def _of_user() -> Path | None:
+def _default_folder() -> Path | None:
     """Return the default folder, or None for a user without a home."""
     variable = "LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME"
     path = Path(os.environ.get(variable, ""))

@@ -59,11 +59,11 @@ def available_memory() -> float | None:
     That is the least of what the machine has left, and of what is left of the limits of a container
     (cgroup v2).
     """
-    limits = [_of_machine(), _of_container()]
+    limits = [_machine_memory(), _container_memory()]
     return min((x for x in limits if x is not None), default=None)
 
 
-def _of_machine() -> float | None:
+def _machine_memory() -> float | None:
     try:
         for line in Path("/proc/meminfo").read_text().splitlines():
             if line.startswith("MemAvailable:"):
@@ -76,7 +76,7 @@ def _of_machine() -> float | None:
         return None
 
 
-def _of_container() -> float | None:
+def _container_memory() -> float | None:
     folder = Path("/sys/fs/cgroup")
     try:
         limit = float((folder / "memory.max").read_text())

@@ -200,16 +200,16 @@ class ControllerPage:
     def sentences(self) -> list[str]:
         """Return the text of the page."""
         paragraphs = (
-            self._of_score,
-            self._of_feedback,
-            self._of_command,
-            self._of_visits,
-            self._of_reading,
-            self._of_forms,
+            self._score_section,
+            self._feedback_section,
+            self._command_section,
+            self._visits_section,
+            self._reading_section,
+            self._forms_section,
         )
         return [note for paragraph in paragraphs for note in paragraph()]
 
-    def _of_score(self) -> list[str]:
+    def _score_section(self) -> list[str]:
         """Return the score, and the share of episodes with a gait."""
         intact, unit = self.evaluated["whole"], " m/J" if self.hops else ""
         kind, opposite = ("settle", "does not settle") if self.hops else ("stay up", "falls")
@@ -221,7 +221,7 @@ class ControllerPage:
             f"{opposite} counts as 0."
         ]
 
-    def _of_feedback(self) -> list[str]:
+    def _feedback_section(self) -> list[str]:
         """Return the effect of cutting and freezing the feedback on the score."""
         intact = self.evaluated["whole"]
         if self.released.saved.controller.tegotae is None:
@@ -255,7 +255,7 @@ class ControllerPage:
             changes += f". The {moved} the feedback alone, and so cannot do without it"
         return [f"{sentence}, {held_at}: {changes}."]
 
-    def _of_command(self) -> list[str]:
+    def _command_section(self) -> list[str]:
         """Return the response of the rate to ω."""
         intact = self.evaluated["whole"]
         slopes, cycles = intact.following_of_releases, "hops" if self.hops else "steps"
@@ -284,7 +284,7 @@ class ControllerPage:
             )
         return sentences
 
-    def _of_visits(self) -> list[str]:
+    def _visits_section(self) -> list[str]:
         """Return the phases at which the controller waits, stands and pushes."""
         saved, sentences = self.released.saved, []
         if saved.omega is None:
@@ -311,7 +311,7 @@ class ControllerPage:
             sentences.append("No release settles there: the curves are those of unsettled gaits.")
         return sentences
 
-    def _of_reading(self) -> list[str]:
+    def _reading_section(self) -> list[str]:
         """Return the senses of reaction and gain beside the load, over which they are drawn."""
         terms = self.released.saved.controller.terms
         read = [
@@ -322,7 +322,7 @@ class ControllerPage:
         sentence = f"G R reads the {_listed(names)}, too: no formula of N alone is that curve."
         return [sentence] if names else []
 
-    def _of_forms(self) -> list[str]:
+    def _forms_section(self) -> list[str]:
         """Return the shortest forms that keep shares of the score."""
         if not self.forms:
             return []

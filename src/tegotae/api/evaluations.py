@@ -164,7 +164,7 @@ EXACTLY = (
 )
 
 
-def _of_runs(column: Column, rows: pd.DataFrame) -> np.ndarray:
+def _run_values(column: Column, rows: pd.DataFrame) -> np.ndarray:
     """Return the mean of every run over its rows, [runs]."""
     runs = [run.to_numpy(float)[None] for _, run in rows.groupby("run", sort=False)[column.name]]
     return np.array([statistics.mean_defined(values)[0] for values in runs])
@@ -174,11 +174,11 @@ def _mean(column: Column, rows: pd.DataFrame) -> Interval | str:
     if rows[column.name].dtype.kind not in "fi":
         counts = Counter(rows[column.name]).most_common()
         return ", ".join(f"{value} ({count})" for value, count in counts)
-    return statistics.interval(_of_runs(column, rows), within=column.range)
+    return statistics.interval(_run_values(column, rows), within=column.range)
 
 
 def _difference(column: Column, rows: pd.DataFrame, base: pd.DataFrame, method: str) -> Interval:
-    values, baseline = _of_runs(column, rows), _of_runs(column, base)
+    values, baseline = _run_values(column, rows), _run_values(column, base)
     if method == PAIRED:
         return statistics.paired_difference(values, baseline, within=column.range)
     exact = method == EXACT

@@ -116,11 +116,11 @@ class _Study:
 
 def _ranges(controller: WalkerController) -> dict[str, Any]:
     """Return the default ranges of the axes of a study."""
-    omega = (OMEGA, *_around(controller.legged.omega))
+    omega = (OMEGA, *_range_around(controller.legged.omega))
     return {
         "levels": omega[1:],
         "x": omega,
-        "y": (SIGMA, *_around(controller.sigma)),
+        "y": (SIGMA, *_range_around(controller.sigma)),
         "over": omega,
     }
 
@@ -201,7 +201,7 @@ def _lag(mean: float, between: float) -> str:
     return f"{round(mean, 3) % 1.0:.3f} ± " + (f"{between:.3f}" if between < 1.0 else "all round")
 
 
-def _around(value: float | None) -> tuple[float, float]:
+def _range_around(value: float | None) -> tuple[float, float]:
     """Return half of a value, and one and a half of it."""
     value = value or 1.0
     return 0.5 * value, 1.5 * value

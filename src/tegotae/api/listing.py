@@ -51,7 +51,7 @@ def list_models(pattern: str = "*", *, zoo: bool = False, budget: int = BUDGET) 
         headings, described = _OF_LEGS, _on_legs
     else:
         kind, recipes = "model", _hopper_recipes(budget)
-        headings, described = _OF_HOPPER, _of_hopper
+        headings, described = _OF_HOPPER, _recipe_row
     matches = [x for name, x in recipes.items() if fnmatch.fnmatchcase(name, pattern)]
     matches = matches or [x for x in recipes.values() if x.terms.architecture == pattern]
     if not matches:
@@ -120,7 +120,7 @@ def _hopper_recipes(budget: int) -> dict[str, Recipe]:
     return {**study_recipes(), **fitting}
 
 
-def _of_hopper(entry: Recipe, budget: int) -> JsonObject:
+def _recipe_row(entry: Recipe, budget: int) -> JsonObject:
     terms, learned = entry.terms, entry.learned_terms
     return {
         "name": entry.name,

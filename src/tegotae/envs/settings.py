@@ -173,8 +173,8 @@ class HopperSettings(Part):
     """The step reward, or its arguments by name."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "body", _of_kind(Body, "body", self.body, Hopper))
-        object.__setattr__(self, "reward", _of_kind(HopReward, "reward", self.reward, HopReward))
+        object.__setattr__(self, "body", _converted(Body, "body", self.body, Hopper))
+        object.__setattr__(self, "reward", _converted(HopReward, "reward", self.reward, HopReward))
         require_one_limb(self.body, "the environment of a hopper")
         super().__post_init__()
         require_count("duration_s in steps of the agent", self.n_steps)
@@ -334,7 +334,7 @@ def _check_number(name: str, value: float) -> None:
     require_finite(name, value, **limits)
 
 
-def _of_kind(kind: type[K], name: str, value: object, default: type[K]) -> K:
+def _converted(kind: type[K], name: str, value: object, default: type[K]) -> K:
     """Return the value; a mapping is converted to the default class with these arguments."""
     if isinstance(value, Mapping):
         return _construct(default, f"argument of {name}", value)

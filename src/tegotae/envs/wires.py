@@ -124,7 +124,7 @@ def look_up(env: AnyEnv, wiring: Wiring) -> tuple[Wires | None, list[str]]:
             "actions are of joints; add --settings legs=true"
         ]
     step_s = getattr(env.unwrapped, "dt", None) if wiring.step_s is None else wiring.step_s
-    problems = [*_of_names(wiring, observed, driven), *_of_numbers(wiring, step_s)]
+    problems = [*_name_faults(wiring, observed, driven), *_number_faults(wiring, step_s)]
     if problems or step_s is None:
         return None, problems
     commands = range(len(controller.actuation.COMMANDS))
@@ -138,7 +138,7 @@ def look_up(env: AnyEnv, wiring: Wiring) -> tuple[Wires | None, list[str]]:
     rest = np.array([x if x is not None else middle[i] for i, x in enumerate(rests)], float)
     push = np.array([x if x is not None else high[i] for i, x in enumerate(pushes)], float)
     if controller.actuation.commands_force:
-        problems = list(_of_ends(limbs, rest, push, low, high))
+        problems = list(_end_faults(limbs, rest, push, low, high))
     if problems:
         return None, problems
     wires = Wires(
@@ -187,7 +187,7 @@ def _names(role: str, overrides: Sequence[str] | None, defaults: Sequence[str]) 
     return names
 
 
-def _of_names(wiring: Wiring, observed: Sequence[str], driven: Sequence[str]) -> Iterator[str]:
+def _name_faults(wiring: Wiring, observed: Sequence[str], driven: Sequence[str]) -> Iterator[str]:
     """List faults in the names of the quantities that limbs sense and drive, or that are
     measured.
     """
@@ -227,7 +227,7 @@ def _of_names(wiring: Wiring, observed: Sequence[str], driven: Sequence[str]) ->
     yield from misnamed_scales(wiring.scales, [*reads, "feedback"])
 
 
-def _of_numbers(wiring: Wiring, step_s: float | None) -> Iterator[str]:
+def _number_faults(wiring: Wiring, step_s: float | None) -> Iterator[str]:
     """List faults in the numbers."""
     if step_s is None:
         yield "the environment has no dt; give the time between two steps as step_s [s]"
@@ -248,7 +248,7 @@ def _of_numbers(wiring: Wiring, step_s: float | None) -> Iterator[str]:
             yield str(error)
 
 
-def _of_ends(
+def _end_faults(
     limbs: Sequence[Limb], rest: np.ndarray, push: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> Iterator[str]:
     """List faults in the actions at no force and at full force."""

@@ -66,7 +66,7 @@ class Pilot:
         oscillator = self._controller.oscillator
         assert oscillator is not None  # look_up refuses a controller without
         start = np.broadcast_to(self._phases[:, None], (self._wires.limbs, self._lanes))
-        self._oscillator = oscillator.start(jnp.asarray(self._of_limbs(start)))
+        self._oscillator = oscillator.start(jnp.asarray(self._in_controller_layout(start)))
         self.phase = np.asarray(oscillator.phase(self._oscillator)).reshape(start.shape)
         """Phases [rad], [limbs, lanes]."""
         self.feedback = np.zeros(start.shape, np.float32)
@@ -89,7 +89,7 @@ class Pilot:
         )
         self.phase = np.where(where, self.phase, phase)
         every = np.broadcast_to(self._units.time_s * np.asarray(omega), phase.shape)
-        self._numbers["omega"] = self._of_limbs(np.array(every, np.float32))
+        self._numbers["omega"] = self._in_controller_layout(np.array(every, np.float32))
 
     def act(
         self,
@@ -113,11 +113,17 @@ class Pilot:
             felt = sign[:, None] * observed[:, columns].T
             felt = np.maximum(felt, 0.0) if signal == "spring_force" else felt
             felt = felt / units.value_of(signal)
-            sensed[signal] = self._of_limbs(felt.astype(np.float32))
+            sensed[signal] = self._in_controller_layout(felt.astype(np.float32))
         extra = np.zeros((wires.limbs, self._lanes), np.float32)
         if added is not None:
             extra = np.asarray(units.time_s * added, np.float32)
-        arguments = self._weights, self._oscillator, sensed, self._of_limbs(extra), self._numbers
+        arguments = (
+            self._weights,
+            self._oscillator,
+            sensed,
+            self._in_controller_layout(extra),
+            self._numbers,
+        )
         self._oscillator, command, feedback, phase = self._sample(*arguments)
         shape = wires.limbs, self._lanes
         self.feedback = np.asarray(feedback).reshape(shape) / units.time_s
@@ -135,7 +141,7 @@ class Pilot:
                 action[:, entry] = np.clip(commanded, wires.low[entry], wires.high[entry])
         return action
 
-    def _of_limbs(self, x: np.ndarray) -> np.ndarray:
+    def _in_controller_layout(self, x: np.ndarray) -> np.ndarray:
         """Return [limbs, lanes] in the controller's layout: one limb has no axis."""
         return x[0] if self._wires.limbs == 1 else x
 

@@ -279,8 +279,8 @@ def film(replay: Replay) -> list[np.ndarray]:
     """
     spec = replay.experiment.spec
     if spec.is_model:
-        return _of_model(spec.model_settings, replay)
-    return _of_environment(replay)
+        return _model_pictures(spec.model_settings, replay)
+    return _environment_pictures(replay)
 
 
 def _pictured_steps(replay: Replay) -> np.ndarray:
@@ -290,7 +290,7 @@ def _pictured_steps(replay: Replay) -> np.ndarray:
     return np.searchsorted(time, np.arange(count) / FRAMES_PER_S).clip(max=len(time) - 1)
 
 
-def _of_model(settings: ModelSettings, replay: Replay) -> list[np.ndarray]:
+def _model_pictures(settings: ModelSettings, replay: Replay) -> list[np.ndarray]:
     from tegotae.envs.mujoco.sensing import sensing
     from tegotae.envs.scaling import started
     from tegotae.training.environments.rollouts import ModelLanes
@@ -400,7 +400,7 @@ def _context() -> Any:
     raise TegotaeError(_NO_CONTEXT)
 
 
-def _of_environment(replay: Replay) -> list[np.ndarray]:
+def _environment_pictures(replay: Replay) -> list[np.ndarray]:
     """Return the pictures of an environment that draws itself with Gymnasium."""
     spec = replay.experiment.spec
     if "MUJOCO_GL" not in os.environ and sys.platform == "linux" and not os.environ.get("DISPLAY"):

@@ -258,7 +258,7 @@ def apex_m(episode: RobotEpisode) -> float | None:
     return float(heights[len(heights) // 2 :].mean()) if len(heights) else math.nan
 
 
-def _of_hopping(name: str) -> RobotMetric:
+def _hopping_metric(name: str) -> RobotMetric:
     """Return a metric of hopping as one of a robot's recorded height."""
     metric = HOPPING.find(name)
 
@@ -271,12 +271,12 @@ def _of_hopping(name: str) -> RobotMetric:
 
 
 # Source: paper equation 12.
-cot_inverse = _of_hopping("cot_inverse")
+cot_inverse = _hopping_metric("cot_inverse")
 # Source: of this library.
-limit_cycle_period = _of_hopping("limit_cycle_period")
+limit_cycle_period = _hopping_metric("limit_cycle_period")
 # Source: paper equation 13.
-w_peak = _of_hopping("w_peak")
+w_peak = _hopping_metric("w_peak")
 # Source: paper IV-A.
-t0_s = _of_hopping("t0_s")
+t0_s = _hopping_metric("t0_s")
 
 ROBOTS.built_in = tuple(x for x in tuple(globals().values()) if isinstance(x, RobotMetric))

@@ -117,7 +117,7 @@ def interval(values: ArrayLike, *, within: Range = UNBOUNDED) -> Interval:
     std = float(defined.std(ddof=1))
     if count < FEW:
         half = _t(count - 1) * std / math.sqrt(count)
-        low, high = _cut(mean - half, mean + half, within)
+        low, high = _clip(mean - half, mean + half, within)
         return Interval(mean, std, low, high, count, undefined, STUDENT)
     low, high = np.quantile(_resampled_means(defined), [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
     return Interval(mean, std, float(low), float(high), count, undefined, BOOTSTRAP)
@@ -150,7 +150,7 @@ def paired_difference(
             f"{len(values)} values cannot be paired with {len(baseline)}; both rows must be of the "
             "same runs"
         )
-    return interval(values - baseline, within=_of_difference(within))
+    return interval(values - baseline, within=_difference_range(within))
 
 
 def difference(
@@ -257,8 +257,8 @@ def balanced_difference(
     variance = sum(part for part, _ in parts)
     freedom = variance**2 / sum(part**2 / n for part, n in parts) if parts else np.inf
     half = _t(freedom) * math.sqrt(variance)
-    possible = _of_difference(within) if baseline else within
-    low, high = _cut(mean - half, mean + half, possible)
+    possible = _difference_range(within) if baseline else within
+    low, high = _clip(mean - half, mean + half, possible)
     return Interval(mean, math.sqrt(variance), low, high, count, undefined, WELCH)
 
 
@@ -285,12 +285,12 @@ def _t(freedom: float) -> float:
     return float(stdtrit(min(freedom, 1e9), (1.0 + LEVEL) / 2.0))
 
 
-def _of_difference(within: Range) -> Range:
+def _difference_range(within: Range) -> Range:
     """Return the range of the difference of two values, both within the same range."""
     return within[0] - within[1], within[1] - within[0]
 
 
-def _cut(low: float, high: float, within: Range) -> Range:
+def _clip(low: float, high: float, within: Range) -> Range:
     """Return an interval without its impossible part."""
     return max(low, within[0]), min(high, within[1])
 

@@ -205,7 +205,7 @@ def draw(
     values: dict[str, np.ndarray] = {}
     for condition in conditions:
         # What has its values limb by limb already is drawn as a whole.
-        per_body = np.ndim(condition.extremes[0]) > 0 or not _of_limbs(condition.name, body)
+        per_body = np.ndim(condition.extremes[0]) > 0 or not _is_per_limb(condition.name, body)
         rows = 1 if per_body else body.limbs
         slot = random.permuted(np.tile(np.arange(count), (rows, 1)), axis=1)
         share = (slot + random.random((rows, count))) / count
@@ -313,7 +313,7 @@ def _check_name(
             raise TegotaeError(f"omega is varied from {lowest:g} on; it must be greater than 0")
 
 
-def _of_limbs(name: str, body: Body) -> bool:
+def _is_per_limb(name: str, body: Body) -> bool:
     """Return whether each limb has a value of its own."""
     if name in ENTRIES or name in body.pose_names:
         return name == "phase_rad" and body.limbs > 1
@@ -338,7 +338,7 @@ def _extremes(conditions: Sequence[Condition], scenario: Scenario, body: Body) -
     values: dict[str, np.ndarray] = {}
     for condition in conditions:
         column = np.array([row[condition.name] for row in rows], float)
-        if column.ndim == 1 and _of_limbs(condition.name, body):
+        if column.ndim == 1 and _is_per_limb(condition.name, body):
             column = np.repeat(column[:, None], body.limbs, axis=1)
         values[condition.name] = column.T
     return applied(conditions, values, scenario, body)

@@ -49,7 +49,7 @@ def lanes_of_a_block(count: int) -> int:
     return LANES_OF_A_BLOCK if jax.default_backend() == "cpu" else count
 
 
-def _of_a_block(
+def _roll_out_block(
     program: EpisodeProgram,
     timing: Timing,
     summary: Callable[..., Any],
@@ -72,4 +72,4 @@ def _of_a_block(
     return summary(trajectory, lanes.scenario, body, timing)
 
 
-_block = jit_with_static(_of_a_block, (0, 1, 2))
+_block = jit_with_static(_roll_out_block, (0, 1, 2))

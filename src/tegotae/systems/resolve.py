@@ -249,30 +249,30 @@ def resolve(name: str | Path | Named) -> Trained | Untrained | Bare:
         5.0
     """
     if not isinstance(name, (str, Path)):
-        return _of_object(getattr(name, "name", None) or "mine", name)
+        return _from_object(getattr(name, "name", None) or "mine", name)
     name = str(name)
     if (on_robot := law_on_robot(name)) is not None:
-        return _of_robot(name, *on_robot)
+        return _from_robot(name, *on_robot)
     if (specification := find_recipe(name)) is not None:
         if Path(name).is_dir() and (controllers := _controllers_in(Path(name))):
             return Trained(name, controllers)
         return Untrained(name, (specification.experiment(),))
     if is_zoo_name(name):
-        return _of_zoo(name)
+        return _from_zoo(name)
     if is_front_name(name):
-        return _of_object(name, front_walker(name))
+        return _from_object(name, front_walker(name))
     if name in SYSTEMS or is_walker_file(name):
-        return _of_object(name, legged_named(name))
+        return _from_object(name, legged_named(name))
     path = Path(name)
     if is_vanilla(name) and not path.exists():
-        return _of_object(name, vanilla(name))
+        return _from_object(name, vanilla(name))
     if is_reference(name):
-        return _of_object(name, load_object(name, _KINDS, "system"))
+        return _from_object(name, load_object(name, _KINDS, "system"))
     require_short(path)
     if path.is_dir():
-        return _of_folder(name, path)
+        return _from_folder(name, path)
     if path.exists() or path.suffix or os.sep in name:
-        return _of_file(name, path)
+        return _from_file(name, path)
     names = [*architectures(), *study_recipes(), *LAWS, *SYSTEMS, *PRESETS]
     raise unknown("model or system", name, names)
 
@@ -379,7 +379,7 @@ Named = SavedController | Experiment | System | Legged | Sequence[Experiment]
 _KINDS = (SavedController, Experiment, System, Legged, list, tuple)
 
 
-def _of_object(name: str, value: object) -> Trained | Untrained | Bare:
+def _from_object(name: str, value: object) -> Trained | Untrained | Bare:
     if isinstance(value, Legged):
         saved = SavedController(value.system, np.array(value.weights), name)
         return Trained(name, ((Path(name), saved),), value)
@@ -398,14 +398,14 @@ def _of_object(name: str, value: object) -> Trained | Untrained | Bare:
     return Untrained(name, tuple(experiments))
 
 
-def _of_robot(name: str, law: str, robot: str) -> Trained | Untrained | Bare:
+def _from_robot(name: str, law: str, robot: str) -> Trained | Untrained | Bare:
     """Return a controller from elsewhere on a robot; a package above this one reads its file."""
     saved = dataclasses.replace(resolve(law), name=name).controller()
     transfer = importlib.import_module("tegotae.training.environments.transfer")
-    return _of_object(name, transfer.on_robot(saved, robot))
+    return _from_object(name, transfer.on_robot(saved, robot))
 
 
-def _of_zoo(name: str) -> Trained:
+def _from_zoo(name: str) -> Trained:
     controllers = [
         (Path(place), controller_file.restored(document, place))
         for place, document in zoo.documents(name)
@@ -413,13 +413,13 @@ def _of_zoo(name: str) -> Trained:
     return Trained(name, tuple(controllers))
 
 
-def _of_folder(name: str, folder: Path) -> Trained | Untrained | Bare:
+def _from_folder(name: str, folder: Path) -> Trained | Untrained | Bare:
     if is_study(folder):
         return Trained(name, controllers_of_study(folder))
     if controllers := _controllers_in(folder):
         return Trained(name, controllers)
     if is_vanilla(name):
-        return _of_object(name, vanilla(name))
+        return _from_object(name, vanilla(name))
     raise TegotaeError(f"{folder} holds no controller files")
 
 
@@ -427,7 +427,7 @@ def _controllers_in(folder: Path) -> tuple[tuple[Path, SavedController], ...]:
     return tuple((file, controller_file.load(file)) for file in controller_files(folder))
 
 
-def _of_file(name: str, path: Path) -> Trained | Untrained:
+def _from_file(name: str, path: Path) -> Trained | Untrained:
     try:
         experiments = _experiments_in(path)
     except DamagedDocumentError as error:

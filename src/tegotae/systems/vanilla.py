@@ -227,7 +227,7 @@ def is_walker_file(name: str) -> bool:
     return name.endswith(".toml")
 
 
-def _of_file(path: Path) -> Legged:
+def _from_file(path: Path) -> Legged:
     try:
         return walker_of(documents.read(path))
     except FileNotFoundError:
@@ -271,7 +271,7 @@ def legged_named(name: str) -> Legged:
     if name in SYSTEMS:
         return SYSTEMS[name]()
     if is_walker_file(name):
-        return _of_file(Path(name))
+        return _from_file(Path(name))
     if is_reference(name):
         return load_object(name, Legged, "legged system")
     error = unknown("legged system", name, SYSTEMS)

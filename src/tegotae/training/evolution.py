@@ -228,7 +228,9 @@ class Evolution(Learner):
         except TegotaeError as error:
             warnings.warn(f"what is learned could not be saved: {error}", stacklevel=2)
         first = np.asarray(self.weights, "float32") if self.weights else None
-        return _begun(self.algorithm, experiment.controller, np.asarray(seeds, "int32"), first)
+        return _initial_arrays(
+            self.algorithm, experiment.controller, np.asarray(seeds, "int32"), first
+        )
 
     def evolve(
         self,
@@ -390,7 +392,7 @@ they ever run."""
 
 
 @partial(jax.jit, static_argnums=(0, 1), compiler_options=_QUICKLY)
-def _begun(
+def _initial_arrays(
     algorithm: Algorithm, controller: Controller, seeds: AnyArray, first: AnyArray | None
 ) -> Progress:
     def begin(seed: AnyArray) -> Progress:

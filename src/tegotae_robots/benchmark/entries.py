@@ -48,15 +48,15 @@ def read_entry(place: Any, subject: Subject, track: str) -> Entry:
     text = str(place) if isinstance(place, str | Path) else ""
     suffix = Path(text).suffix.lower()
     if suffix == ".c":
-        return _of_c(Path(text), subject, track)
+        return _c_entry(Path(text), subject, track)
     if suffix in _NETWORKS:
-        return _of_network(Path(text), subject, track)
+        return _network_entry(Path(text), subject, track)
     policy: Any = load_object(text, object, "entry") if _is_object(text) else place
     if callable(policy):
         begin: Any = policy if isinstance(policy, type) else lambda: copy.deepcopy(policy)
         return begin
     saved = controller_of(resolve(place))
-    return (_of_controller if saved.task is None else _of_wiring)(saved, subject, track)
+    return (_controller_entry if saved.task is None else _wiring_entry)(saved, subject, track)
 
 
 _NETWORKS = (".onnx", ".zip")
@@ -86,7 +86,7 @@ def _indices(names: Sequence[str], entries: Sequence[str], verb: str) -> np.ndar
     return np.array([entries.index(name) for name in names], int)
 
 
-def _of_controller(saved: SavedController, subject: Subject, track: str) -> Entry:
+def _controller_entry(saved: SavedController, subject: Subject, track: str) -> Entry:
     """Compile a controller of the package's own bodies to native code."""
     native = compiled(saved)
     sensed = _indices(of_limbs(native.senses, native.limbs), subject.senses[track], "senses")
@@ -115,7 +115,7 @@ def _go1(subject: Subject, name: str | None) -> Go1Subject:
     return subject
 
 
-def _of_wiring(saved: SavedController, subject: Subject, track: str) -> Entry:
+def _wiring_entry(saved: SavedController, subject: Subject, track: str) -> Entry:
     """Return the entry of a controller that was trained on an environment, by its wiring."""
     from tegotae.envs.mujoco.sensing import sensing
     from tegotae.envs.wrapper import Pilot
@@ -147,7 +147,7 @@ def _of_wiring(saved: SavedController, subject: Subject, track: str) -> Entry:
     return begin
 
 
-def _of_network(path: Path, subject: Subject, track: str) -> Entry:
+def _network_entry(path: Path, subject: Subject, track: str) -> Entry:
     """Return the entry of a network, which has no state."""
     from tegotae.envs.policies import network
 
@@ -161,7 +161,7 @@ def _of_network(path: Path, subject: Subject, track: str) -> Entry:
     return lambda: lambda observation: np.asarray(answer(observation[None]))[0]
 
 
-def _of_c(path: Path, subject: Subject, track: str) -> Entry:
+def _c_entry(path: Path, subject: Subject, track: str) -> Entry:
     """Compile a program of `tegotae export c` with cc; oscillators begin at the phases of its
     wiring, or spread over the turn.
     """

@@ -68,7 +68,7 @@ def golden(export: Export) -> Golden:
         TegotaeError: if no tick of it has finite numbers.
     """
     ticks = max(1, round(_DURATION_S / export.tick_s))
-    run = _on_its_body if isinstance(export.body, Body) else _of_drawn_senses
+    run = _run_on_body if isinstance(export.body, Body) else _run_on_drawn_senses
     rows = np.asarray(run(export, ticks))
     finite = np.isfinite(rows).all(axis=1)
     if not finite.any():
@@ -128,7 +128,7 @@ def release(export: Export) -> Scenario:
     return lanes._replace(phase_rad=phases[:, None] if several else phases)
 
 
-def _on_its_body(export: Export, ticks: int) -> jax.Array:
+def _run_on_body(export: Export, ticks: int) -> jax.Array:
     loop = ClosedLoop(export.controller, Hold())
     tick_s = jnp.asarray(export.tick_s, jnp.float32)
     weights, scenario = loop.spread(list(jnp.asarray(export.weights)[:, None]), release(export))
@@ -147,7 +147,7 @@ def _on_its_body(export: Export, ticks: int) -> jax.Array:
     return run(export.saved.body)
 
 
-def _of_drawn_senses(export: Export, ticks: int) -> jax.Array:
+def _run_on_drawn_senses(export: Export, ticks: int) -> jax.Array:
     controller = export.controller
     shape = (*controller.limb_shape, 1)
     omega = jnp.full(shape, export.saved.omega or 0.0, jnp.float32)

@@ -69,7 +69,7 @@ class TracedTick:
         controller = self._controller
         oscillator, unit = controller.oscillator, controller.unit_weight_names
         if oscillator is not None:
-            yield from self._of_oscillator(oscillator)
+            yield from self._oscillator_pieces(oscillator)
         if controller.coupling is not None:
             yield self._coupling(controller.coupling)
         for role, term in controller.terms.items():
@@ -112,21 +112,21 @@ class TracedTick:
     def _inputs(self, values: _Arrays, scales: _Arrays) -> Signals:
         return Signals(values, {name: scale.reshape(()) for name, scale in scales.items()})
 
-    def _of_leaves(self, leaves: Sequence[jax.Array]) -> StateTree:
+    def _from_leaves(self, leaves: Sequence[jax.Array]) -> StateTree:
         return jax.tree.unflatten(self._structure, leaves)
 
-    def _of_oscillator(self, oscillator: Oscillator) -> Iterator[Piece]:
+    def _oscillator_pieces(self, oscillator: Oscillator) -> Iterator[Piece]:
         """Yield the oscillator's pieces: its state at a phase, its signals for terms, and its
         phase.
         """
         names, state = oscillator.SIGNALS, self._state
 
         def rhythm(state: Sequence[jax.Array]) -> list[jax.Array]:
-            values = oscillator.signals(self._of_leaves(state))
+            values = oscillator.signals(self._from_leaves(state))
             return [values[name] for name in names]
 
         def phase_of(state: Sequence[jax.Array]) -> jax.Array:
-            return oscillator.phase(self._of_leaves(state))
+            return oscillator.phase(self._from_leaves(state))
 
         comment = "The oscillator at a phase [rad]."
         yield self._trace(
@@ -218,7 +218,7 @@ class TracedTick:
         ) -> ArrayTree:
             for pull in pulls:
                 feedback = feedback + pull
-            oscillator_state, arguments = self._of_leaves(state), (weights,) if weights else ()
+            oscillator_state, arguments = self._from_leaves(state), (weights,) if weights else ()
             return read_off(
                 held(
                     oscillator_state,

@@ -251,7 +251,7 @@ class _BeforeAndAfter(CoordinationSummary):
             return coordination(self, part, its_body, timing.frame_s, begins, reference)
 
         first = jax.tree.map(lambda x: x[: self.cut], trajectory)
-        second = jax.tree.map(lambda x: _of_legs(x[self.cut :], self.left), trajectory)
+        second = jax.tree.map(lambda x: _select_legs(x[self.cut :], self.left), trajectory)
         begun = self.cut * timing.frame_s
         last = jnp.asarray(timing.n_frames * timing.ticks_per_frame - 1)
         changes = dict(scenario.changes)
@@ -259,7 +259,7 @@ class _BeforeAndAfter(CoordinationSummary):
         reference = self.left.index(self.reference)
         gait_after = of_part(second, harmed, reference)
         # Legs that have never felt each other are no more locked after a lesion than before it.
-        lags = _of_legs(self.rhythm.lag(trajectory, self.reference), self.left)
+        lags = _select_legs(self.rhythm.lag(trajectory, self.reference), self.left)
         gait_after = gait_after._replace(
             lock_time_s=gait_after.lock_time_s - begun,
             fall_time_s=gait_after.fall_time_s - begun,
@@ -330,6 +330,6 @@ def aftermath(
     return Aftermath(legged, lesion, remaining, reference, pd.DataFrame(columns))
 
 
-def _of_legs(x: jax.Array, legs: Sequence[int]) -> jax.Array:
+def _select_legs(x: jax.Array, legs: Sequence[int]) -> jax.Array:
     """Return the part of a recording [frames, (limbs,) lanes] that belongs to some legs."""
     return x[:, np.array(legs)] if x.ndim == 3 else x

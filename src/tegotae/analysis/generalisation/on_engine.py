@@ -192,7 +192,7 @@ class ControllersUnderTest(Tested):
         if "push_z_n" not in paths_of(body):
             wrappers.insert(1, (Pushes, {}))
         for kind, settings in wrappers:
-            if not _around(kind, body):
+            if not _has_wrapper(kind, body):
                 body = kind(body=body, **settings)
         if (terrain := getattr(self.unwrapped, "terrain", None)) is not None:
             ground = Sum(first=terrain, second=Sum(first=Slope(), second=Rough(start_m=0.0)))
@@ -282,7 +282,7 @@ class ControllersUnderTest(Tested):
         return with_changes(release, self.prepared, changes)
 
 
-def _around(kind: type, body: Body) -> bool:
+def _has_wrapper(kind: type, body: Body) -> bool:
     """Return whether a body has a wrapper of this kind."""
     while isinstance(body, BodyWrapper):
         if isinstance(body, kind):

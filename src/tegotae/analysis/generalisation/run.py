@@ -52,7 +52,7 @@ class Retention:
 Done = tuple[Tested, Retention]
 
 
-def tried(tested: Tested, disturbances: Sequence[Disturbance]) -> Retention:
+def measure_retention(tested: Tested, disturbances: Sequence[Disturbance]) -> Retention:
     """Test controllers under every disturbance that applies to them, at every level.
 
     Raises:
@@ -129,7 +129,7 @@ class Trial:
 
     def measure(self) -> CellResult:
         """Measure the retained gaits of the controllers."""
-        outcome = tried(self.tested, self.disturbances)
+        outcome = measure_retention(self.tested, self.disturbances)
         kinds = COLUMNS | {"efficiency": "float32", "speed": "float32"}
         arrays = {name: outcome.table[name].to_numpy(kind) for name, kind in kinds.items()}
         left_out = {"left_out": np.array(json.dumps(outcome.left_out))}

@@ -199,7 +199,7 @@ class _View:
             axes.plot([], [], "o", color=COLOURS[i % len(COLOURS)], ms=6, zorder=4)[0]
             for i in range(limbs)
         ]
-        self.order = _around(shape.hips_m[0])
+        self.order = _hips_in_order(shape.hips_m[0])
 
     def draw(self, index: int) -> list[Artist]:
         """Move everything to a frame; the view follows the body."""
@@ -218,7 +218,7 @@ class _View:
         return [self.outline, *self.legs, *self.feet]
 
 
-def _around(hips: np.ndarray) -> np.ndarray:
+def _hips_in_order(hips: np.ndarray) -> np.ndarray:
     """Return the hips in their order along a line around the body."""
     off = hips[:, :2] - hips[:, :2].mean(axis=0)
     return np.argsort(np.arctan2(off[:, 1], off[:, 0]), kind="stable")

@@ -206,7 +206,7 @@ def gait_basin_figure(basin: Releases, note: str = "") -> Figure:
     if basin.legged.body.limbs == 2:
         _from_release(torus, basin)
     else:
-        _of_two_legs(torus, basin)
+        _draw_two_legs(torus, basin)
     return figure
 
 
@@ -229,19 +229,19 @@ def _from_release(axes: Axes, basin: Releases) -> None:
     second = basin.legged.names[1 - basin.legged.reference]
     phase = (basin.frame[f"release_phase_rad_{leg}"].to_numpy() for leg in (reference, second))
     released = np.subtract(*phase) / (2.0 * np.pi) % 1.0
-    _dots(axes, basin, released, _drawn(basin, second))
+    _dots(axes, basin, released, _shifted_lags(basin, second))
     axes.set_xlabel(f"lag of {second} behind {reference} at release [cycles]")
     axes.set_ylabel("and in the end [cycles]")
 
 
-def _of_two_legs(axes: Axes, basin: Releases) -> None:
+def _draw_two_legs(axes: Axes, basin: Releases) -> None:
     reference, names = basin.legged.reference, basin.legged.names
     order = by_side(names)
     position = order.index(reference)
     # The next leg of the same side, and the same leg of the other side.
     along, across = order[(position + 1) % len(order)], order[-1 - position]
     across = across if across not in (reference, along) else order[(position + 2) % len(order)]
-    _dots(axes, basin, _drawn(basin, names[along]), _drawn(basin, names[across]))
+    _dots(axes, basin, _shifted_lags(basin, names[along]), _shifted_lags(basin, names[across]))
     axes.set_xlabel(f"lag of {names[along]} behind {names[reference]} [cycles]")
     axes.set_ylabel(f"lag of {names[across]} [cycles]")
 
@@ -255,7 +255,7 @@ def _dots(axes: Axes, basin: Releases, x: np.ndarray, y: np.ndarray) -> None:
     axes.set(xlim=(-0.13, 1.0), ylim=(-0.13, 1.0), xticks=ticks, yticks=ticks, aspect="equal")
 
 
-def _drawn(basin: Releases, leg: str) -> np.ndarray:
+def _shifted_lags(basin: Releases, leg: str) -> np.ndarray:
     """Return the lags of a leg from -0.125 to 0.875, so that those around zero stay together."""
     return (basin.frame[f"lag_cycles_{leg}"].to_numpy() + 0.125) % 1.0 - 0.125
 

@@ -439,14 +439,16 @@ def stances(time_s: ArrayLike, stance_time_s: ArrayLike) -> tuple[tuple[StanceIn
     time, total = np.asarray(time_s, float), np.asarray(stance_time_s, float)
     starts = np.concatenate([[2.0 * time[0] - time[1]], time[:-1]])
     gained = np.diff(total, axis=0, prepend=np.zeros((1, total.shape[1])))
-    return tuple(_of_leg(starts, time, gained[:, leg]) for leg in range(total.shape[1]))
+    return tuple(_leg_stances(starts, time, gained[:, leg]) for leg in range(total.shape[1]))
 
 
 _NOTHING = 1e-3
 """Share of a frame below which there was no stance: the rounding of a float32 total."""
 
 
-def _of_leg(start: np.ndarray, end: np.ndarray, gained: np.ndarray) -> tuple[StanceInterval, ...]:
+def _leg_stances(
+    start: np.ndarray, end: np.ndarray, gained: np.ndarray
+) -> tuple[StanceInterval, ...]:
     length = end - start
     on = gained > _NOTHING * length
     edges = np.diff(np.concatenate([[False], on, [False]]).astype(int))

@@ -190,11 +190,13 @@ class Pattern:
         )
 
 
-def _of_four(name: str, lh: float, lf: float, rh: float, rf: float, source: str) -> Pattern:
+def _four_leg_pattern(
+    name: str, lh: float, lf: float, rh: float, rf: float, source: str
+) -> Pattern:
     return Pattern(name, {"LH": lh, "LF": lf, "RH": rh, "RF": rf}, source)
 
 
-def _of_six(
+def _six_leg_pattern(
     name: str, left_lags: tuple[float, ...], right_lags: tuple[float, ...], source: str
 ) -> Pattern:
     """Return the pattern with these lags of hind, middle and fore legs, left and right."""
@@ -209,22 +211,24 @@ PATTERNS: tuple[Pattern, ...] = (
     Pattern("antiphase", {"H": 0, "F": 0.5}, _COLLINS),
     Pattern("in phase", {"L": 0, "R": 0}, _COLLINS),
     Pattern("antiphase", {"L": 0, "R": 0.5}, _COLLINS),
-    _of_four("pronk", 0, 0, 0, 0, _COLLINS),
-    _of_four("bound", 0, 0.5, 0, 0.5, _ALEXANDER),
-    _of_four("pace", 0, 0, 0.5, 0.5, _HILDEBRAND),
-    _of_four("trot", 0, 0.5, 0.5, 0, _HILDEBRAND),
-    _of_four("lateral-sequence walk", 0, 0.25, 0.5, 0.75, _HILDEBRAND),
-    _of_four("diagonal-sequence walk", 0, 0.75, 0.5, 0.25, _HILDEBRAND),
+    _four_leg_pattern("pronk", 0, 0, 0, 0, _COLLINS),
+    _four_leg_pattern("bound", 0, 0.5, 0, 0.5, _ALEXANDER),
+    _four_leg_pattern("pace", 0, 0, 0.5, 0.5, _HILDEBRAND),
+    _four_leg_pattern("trot", 0, 0.5, 0.5, 0, _HILDEBRAND),
+    _four_leg_pattern("lateral-sequence walk", 0, 0.25, 0.5, 0.75, _HILDEBRAND),
+    _four_leg_pattern("diagonal-sequence walk", 0, 0.75, 0.5, 0.25, _HILDEBRAND),
     # Of galloping animals these lags vary more than those above. The hind legs step shortly after
     # one another, then the fore legs: in the same order, or in the opposite one.
-    _of_four("transverse gallop", 0, 0.5, 0.1, 0.6, _COLLINS),
-    _of_four("rotary gallop", 0, 0.6, 0.1, 0.5, _COLLINS),
+    _four_leg_pattern("transverse gallop", 0, 0.5, 0.1, 0.6, _COLLINS),
+    _four_leg_pattern("rotary gallop", 0, 0.6, 0.1, 0.5, _COLLINS),
     # Three beats: a hind leg, the other one with the fore leg diagonal to it, the other fore leg.
-    _of_four(_CANTER, 0, 0.3, 0.3, 0.7, _ALEXANDER),
-    _of_six("pronk", (0, 0, 0), (0, 0, 0), _COLLINS_INSECTS),
-    _of_six("tripod", (0, 0.5, 0), (0.5, 0, 0.5), _COLLINS_INSECTS),
-    _of_six("tetrapod", (0, _THIRD, 2 * _THIRD), (_THIRD, 2 * _THIRD, 0), _COLLINS_INSECTS),
-    _of_six(
+    _four_leg_pattern(_CANTER, 0, 0.3, 0.3, 0.7, _ALEXANDER),
+    _six_leg_pattern("pronk", (0, 0, 0), (0, 0, 0), _COLLINS_INSECTS),
+    _six_leg_pattern("tripod", (0, 0.5, 0), (0.5, 0, 0.5), _COLLINS_INSECTS),
+    _six_leg_pattern(
+        "tetrapod", (0, _THIRD, 2 * _THIRD), (_THIRD, 2 * _THIRD, 0), _COLLINS_INSECTS
+    ),
+    _six_leg_pattern(
         "metachronal wave",
         (0, _SIXTH, 2 * _SIXTH),
         (3 * _SIXTH, 4 * _SIXTH, 5 * _SIXTH),

@@ -156,14 +156,14 @@ class Hopf(Planar):
 
     def free(self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb) -> StateTree:
         """φ̇ = ω, ṙ = γ (μ - r²) r."""
-        return self.State(*_of_hopf(self, state, omega))
+        return self.State(*_hopf_rates(self, state, omega))
 
     def decay_per_s(self, omega: float) -> float:
         """2 γ μ."""
         return 2.0 * self.recovery_per_s * self.mu
 
 
-def _of_hopf(hopf: Hopf, state: StateTree, omega: PerLimb) -> tuple[PerLimb, PerLimb]:
+def _hopf_rates(hopf: Hopf, state: StateTree, omega: PerLimb) -> tuple[PerLimb, PerLimb]:
     """φ̇ = ω and ṙ = γ (μ - r²) r."""
     radius = state.radius
     growing = hopf.recovery_per_s * (hopf.mu - radius * radius) * radius
@@ -210,7 +210,7 @@ class AdaptiveHopf(Hopf):
 
     def free(self, state: StateTree, sine: PerLimb, cosine: PerLimb, omega: PerLimb) -> StateTree:
         """φ̇ = ω + a, ṙ = γ (μ - r²) r, ȧ = 0."""
-        phase, radius = _of_hopf(self, state, omega)
+        phase, radius = _hopf_rates(self, state, omega)
         return self.State(phase + state.shift_rad_per_s, radius, jnp.zeros_like(radius))
 
     def rate(

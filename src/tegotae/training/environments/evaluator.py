@@ -76,7 +76,7 @@ class EnvEvaluator(Evaluator):
         draws = [experiment.starts(seed, generation.number or 0) for seed in going_on]
         starts = [x for draw in draws for x in (np.repeat(draw[:1], per_seed, axis=0), fixed)]
         limit = len(generation.going) * rows
-        trials = self._tried(
+        trials = self._evaluate_in_groups(
             weights.reshape(-1, n_weights).astype(float), np.concatenate(starts), limit
         )
         self._warn(trials)
@@ -90,7 +90,7 @@ class EnvEvaluator(Evaluator):
         """Return the means over the last axis, in the order of summation of kept trainings."""
         return np.add.reduceat(values, [0], axis=-1)[..., 0] / values.shape[-1]
 
-    def _tried(self, weights: np.ndarray, starts: np.ndarray, limit: int) -> Trials:
+    def _evaluate_in_groups(self, weights: np.ndarray, starts: np.ndarray, limit: int) -> Trials:
         """Evaluate all lanes in groups of a fixed size, so that arithmetic is the same."""
         lanes = min(_LANES, -(-limit // max(1, self._workers)))
         if self._runner is None:
