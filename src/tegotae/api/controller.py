@@ -67,7 +67,7 @@ class LoadedController:
 
     @in_shell(default_names=("paper",))
     def simulate(self) -> Recording:
-        """Simulate a controller: one run, closely."""
+        """Simulate one run of a controller in detail."""
         raise NotImplementedError
 
     @in_shell()

@@ -42,7 +42,7 @@ class EnvironmentOptions:
 
     settings: tuple[str, ...] = ()
     """Further settings of the environment: NAME=VALUE, values as in JSON, such as ground=true; of a
-    robot's file those that differ."""
+    robot's file only those that differ."""
     wiring: str | None = None
     """Senses and commands of the limbs: a .toml or .json file; the environment's by default, if it
     comes with one."""
@@ -55,8 +55,8 @@ class EnvironmentOptions:
     scales: bool = False
     """Take scales that the wiring lacks from weight and length of the MuJoCo model."""
     workers: int | None = None
-    """Worker processes that step environments, one a core by default; 0 for none. MuJoCo models do
-    not need them."""
+    """Worker processes that step environments, one per core by default; 0 for none. MuJoCo models
+    do not need them."""
     limit_s: float = 60.0
     """Longest time for one step of an environment [s]; then the environment counts as hung."""
 

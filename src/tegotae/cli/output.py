@@ -135,7 +135,7 @@ def output_options(function: Callable[..., Any], facts: InShell) -> dict[str, Op
     elif facts.writes == "file":
         contents = "Picture (.png, .pdf, .svg), its numbers beside it; or a folder for all."
     elif issubclass(result_class, Files):
-        contents = "Folder of the files."
+        contents = "Folder for the files."
     if facts.writes != "nothing":
         contents = (
             f"{contents or options['out'].description} Named after command and name by default."

@@ -20,7 +20,7 @@ WIDTH = 80
 _LONGEST = 12
 """Letters of a name that leave room for its summary beside it."""
 SWITCHES: Mapping[str, str] = {
-    "--parts FILE": "Load parts of your own, from files or modules, that controller files name.",
+    "--parts FILE": "Load your own parts, which controller files name, from files or modules.",
     "--quiet": "Print results, warnings and errors only (TEGOTAE_QUIET).",
     "--debug": "Show the source of an error (TEGOTAE_DEBUG).",
     "--version": "Print the version.",

@@ -79,7 +79,7 @@ def fit_template(
     settings: Sequence[str] = (),
     out: Path | str | None = None,
 ) -> TomlFile:
-    """Fit a walker of this package to a legged robot, a MuJoCo model: its template.
+    """Fit a walker of this package, the template, to a MuJoCo model of a legged robot.
 
     A law is trained on it in minutes: `tegotae train AR@robot.toml`. Every number has its reason
     beside it; a step response compares the walker with the robot.
