@@ -13,6 +13,7 @@ import subprocess
 import tempfile
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from apps.playground import Page, standard
 from research.reproduction.optimum import largest_cot_inverse
@@ -38,7 +39,7 @@ await learn(task, ({ generation, best }) => {
 
 def main() -> None:
     """Learn from every start, and write the table."""
-    page = Page(standard()).document()
+    page: Any = Page(standard()).document()
     art = next(
         controller for controller in page["controllers"] if controller["label"].startswith("ART:")
     )

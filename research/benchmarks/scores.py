@@ -22,6 +22,7 @@ import pandas as pd
 
 import tegotae as tg
 from research.frame import main, markdown_table, write_rows, write_text
+from tegotae.analysis.orbit import require_hopper
 from tegotae.systems.controller_file import SavedController, load
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae_robots.api.benchmark import KEPT
@@ -30,7 +31,7 @@ from tegotae_robots.benchmark.go1 import Go1Subject
 ROOT = Path(__file__).parents[2]
 ENTRIES, OUT = Path("research/benchmarks/entries"), ROOT / "docs" / "_static" / "benchmark"
 FUNCTIONS = ENTRIES / "functions.py"
-PLAN = (
+PLAN: tuple[tuple[Any, Any, Any, str], ...] = (
     ("hopper", "load", "zoo:V-sector-w4/0", "name"),
     ("hopper", "load", "zoo:ART-rF-tphif-w4/0", "name"),
     ("hopper", "load", ENTRIES / "latch-w4.json", "controller file"),
@@ -99,8 +100,9 @@ def _write_network(name: str, file: Path) -> None:
     from onnx import TensorProto, helper, numpy_helper
 
     saved = load(name)
+    body = require_hopper(saved.body, "the single network")
     *hidden, bias, output = np.asarray(saved.weights, np.float32).reshape(-1, 4).T
-    scales = saved.body.weight_n, np.sqrt(saved.body.gravity_m_per_s2 * saved.body.rest_length_m)
+    scales = body.weight_n, np.sqrt(body.gravity_m_per_s2 * body.rest_length_m)
     arrays = {
         "inner": np.stack(hidden) / np.array(scales, np.float32)[:, None],
         "bias": bias,
@@ -146,9 +148,8 @@ def report() -> None:
     assert set(zip(scores["entry"], scores["track"], strict=True)) <= set(order)
     lines = [["subject", "entry", "kind", "track", "score", "stands"]]
     for subject in dict.fromkeys(subject for subject, *_ in PLAN):
-        for x in (
-            scores[scores["subject"] == subject].sort_values("score", ascending=False).itertuples()
-        ):
+        rows: Any = scores.loc[scores["subject"] == subject]
+        for x in rows.sort_values("score", ascending=False).itertuples():
             entry = str(x.entry).removeprefix(f"{ENTRIES}/")
             score = f"{x.score:.3g} [{x.low:.3g}, {x.high:.3g}]"
             lines.append([subject, f"`{entry}`", x.kind, x.track, score, f"{x.stands:.0%}"])

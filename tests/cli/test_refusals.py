@@ -140,7 +140,7 @@ UNUSABLE = {
     "train ART --tick-s 0.003": "frame_s is 0.02; it must be a whole multiple of tick_s (0.003)",
     "train ART --vary mass_kg=0.0_8:0.1": "is no condition",
     "robustness paper --conditions delay=0.0_1/0.02": "has no levels",
-    "models ART --budget 5": "budget is 5, too small: ART-rF-tphi-w4 has at least 12 weights",
+    "models ART --budget 5": "budget is 5, too small: ART-rF-tphi has at least 12 weights",
     "models --budget=-3": "budget is -3; it must be a whole number of at least 1",
     "models ART --zoo --budget 20": "budget sizes controllers that are not trained",
     "gait map bar-light --x sigma 1 2 --y sigma 1 2 --out new/map": "a map is over two",
@@ -202,7 +202,7 @@ def test_what_cannot_be_done_is_refused_in_one_line_before_any_work(
 
 
 def test_without_a_command_they_are_listed(one_line_error):
-    assert "simulate, evaluate" in one_line_error()
+    assert "simulate, models, train" in one_line_error()
 
 
 @pytest.mark.parametrize("columns", ["20", None])

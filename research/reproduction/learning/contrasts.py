@@ -59,8 +59,7 @@ def chosen(runs: pd.DataFrame, outcome: str, by: list[str]) -> pd.DataFrame:
 
 def merits(runs: pd.DataFrame, outcome: str, by: list[str]) -> pd.DataFrame:
     """Return evaluated merits, one row per group and one column per ω_t."""
-    table = runs.groupby([*by, "omega_t"])[f"{outcome}_{EVALUATED}"].mean()
-    return pd.DataFrame(table.unstack("omega_t"))
+    return runs.pivot_table(f"{outcome}_{EVALUATED}", by, "omega_t", aggfunc="mean")
 
 
 def comparisons(runs: pd.DataFrame, outcome: str = "merit") -> dict[str, Comparison]:

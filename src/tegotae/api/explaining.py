@@ -128,7 +128,7 @@ def _frequencies(saved: SavedController, offsets: Sequence[float] = ()) -> np.nd
 class Explanation(Table):
     """Explanation of a controller; its page is `page.md` of the folder that `save` writes."""
 
-    raw: ControllerPage
+    raw: ControllerPage  # pyright: ignore[reportGeneralTypeIssues] - keyword-only, so in any order
     settings: Mapping[str, Any]
     """Options of the explanation."""
 
