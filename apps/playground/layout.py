@@ -22,7 +22,7 @@ class LayoutEntry:
 
     @property
     def member(self) -> str:
-        """Its name as a member of a struct of C."""
+        """Name as a member of a struct of C."""
         return self.name.replace(".", "_")
 
 

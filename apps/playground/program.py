@@ -34,7 +34,7 @@ RELEASE = ("height_m", "velocity_m_per_s")
 
 
 class Now(NamedTuple):
-    """All that a lane is, as arrays of one lane."""
+    """The whole state of a lane, as arrays of one lane."""
 
     lane: Lane
     totals: dict[str, jax.Array]
@@ -80,7 +80,7 @@ class Program:
 
     @cached_property
     def numbers(self) -> dict[str, float | tuple[float, ...]]:
-        """Numbers of the body that are data, by name: not where its hips are."""
+        """Numbers of the body that are data, by name, without the places of its hips."""
         return {
             name: value
             for name, value in vars(self.body).items()

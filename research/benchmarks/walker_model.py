@@ -102,7 +102,7 @@ def description(body: Walker, settings: Settings | None = None, actuators: str =
 
 
 def small_robot(length_m: float = 0.2, mass_kg: float = 1.5) -> Walker:
-    """Set C of the walkers at the size of a small robot, in SI units.
+    """Return set C of the walkers at the size of a small robot, in SI units.
 
     Example:
         >>> robot = small_robot()

@@ -68,7 +68,7 @@ class Explained:
 
     @property
     def name(self) -> str:
-        """The zoo's."""
+        """Name in the zoo."""
         return f"zoo:{STUDY}:{self.model}/{self.run}"
 
     @property

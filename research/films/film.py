@@ -41,7 +41,7 @@ LARGER = {
 
 
 class WebpWriter(GifWriter):
-    """Writes .webp, whose films are a fifth of the size of .gif, in all colours."""
+    """Writer of .webp, whose films are a fifth of the size of .gif, in all colours."""
 
     def __init__(self, artists: Sequence[Artist], fps: float, quality: int) -> None:
         super().__init__(artists)

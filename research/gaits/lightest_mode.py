@@ -49,7 +49,7 @@ is a mode of the body and, as phases 0 and π, a gait."""
 
 
 class Leg(NamedTuple):
-    """Response of a single hopper to others of its kind."""
+    """Coupling function of identical hoppers, from the response of a single one."""
 
     saved: SavedController
     orbit: Orbit

@@ -54,7 +54,7 @@ class Watched(Walker):
 @traceable
 @dataclass(frozen=True, kw_only=True)
 class ByAxis(Watched):
-    """One whose work is that of each axis of a leg by itself, |F_x ċ_x| + |F_z ċ_z|."""
+    """Cost whose work is that of each axis of a leg by itself, |F_x ċ_x| + |F_z ċ_z|."""
 
     def leg_work(self, force_n, previous_rate, rate, tick_s):
         """Return the work of each leg in a tick, each axis by itself [J]."""

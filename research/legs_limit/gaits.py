@@ -65,7 +65,7 @@ class TimedEllipse(Actuation):
 
     @property
     def shape(self) -> int:
-        """Return the number of weights that are no series."""
+        """Return the number of weights outside of the series."""
         return 0
 
     @property

@@ -50,7 +50,7 @@ class Gait(NamedTuple):
 
 
 def report(stages: Stages, out: Path | None = None) -> None:
-    """Write all that is kept.
+    """Write all kept tables and texts.
 
     Args:
         stages: by name, the space, the target speeds and the results.

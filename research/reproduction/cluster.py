@@ -126,7 +126,7 @@ def _client(distributed: ModuleType, address: str, timeout_s: float) -> Iterator
 
 
 def _knock(address: str, timeout_s: float, patience_s: float) -> None:
-    """See that a scheduler answers: a client tries again for long, and does not say why.
+    """Check that a scheduler answers; a client retries for long, and gives no reason.
 
     One without workers would be waited for in silence, so it is reported.
     """

@@ -27,7 +27,7 @@ class Work(Protocol):
 
     @property
     def units(self) -> list[Unit]:
-        """All that is to be done."""
+        """All units of the work."""
         ...
 
     @property

@@ -66,7 +66,7 @@ class Record:
 
     @property
     def model(self) -> str:
-        """The experiment's name: the model's, for the paper's."""
+        """Name of the experiment, which for the paper's is that of the model."""
         return self.configuration["experiment"]["name"]
 
     @property
@@ -156,7 +156,7 @@ class _Header(msgspec.Struct):
 
 
 def _require_shapes(record: Record) -> None:
-    """See that the arrays are of one set of runs and episodes, and of the right kind.
+    """Check that the arrays are of one set of runs and episodes, and of the right kind.
 
     Raises:
         ValueError: if not.

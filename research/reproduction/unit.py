@@ -58,7 +58,7 @@ class Unit:
 
     @property
     def configuration(self) -> Document:
-        """All that decides the record's content, as JSON values."""
+        """All settings that determine the record's content, as JSON values."""
         document = {
             "format": FORMAT,
             **self.run.configuration,
@@ -70,12 +70,12 @@ class Unit:
 
     @property
     def name(self) -> str:
-        """The experiment's."""
+        """Name of the experiment."""
         return self.run.experiment.name
 
     @property
     def document(self) -> Document:
-        """All that decides the record's content (`configuration`)."""
+        """All settings that determine the record's content (`configuration`)."""
         return self.configuration
 
     @property

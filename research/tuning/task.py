@@ -100,7 +100,7 @@ class TuningTask:
 
     @property
     def configuration(self) -> JsonObject:
-        """All that decides a setting's value, as JSON values."""
+        """All settings that determine a setting's value, as JSON values."""
         return {
             "experiments": [experiment.document for experiment in self.experiments],
             "seeds": self.seeds,

@@ -33,7 +33,7 @@ Arrays = Sequence[np.ndarray]
 
 
 class Reader(ABC):
-    """Reads traces.
+    """Reader of traces.
 
     A trace is a jaxpr: a list of operations on arrays of known shape. Each array becomes a NumPy
     array of nodes, so that what only moves entries about (reshape, stack, slice) is done at once,

@@ -38,7 +38,7 @@ class Rows:
 
     @cached_property
     def size(self) -> int:
-        """Bytes a lane of all rows, a multiple of the widest one's."""
+        """Size of all rows of a lane [bytes], a multiple of that of the widest row."""
         sizes = [dtype.itemsize for dtype in self.dtypes]
         widest = max(sizes, default=1)
         return -(-sum(sizes) // widest) * widest
@@ -76,7 +76,7 @@ class RecordedArrays:
 
     @cached_property
     def sizes(self) -> tuple[int, ...]:
-        """Bytes of each, a lane and frame."""
+        """Size of each array per lane and frame [bytes]."""
         pairs = zip(self.dtypes, self.scalars, strict=True)
         return tuple(dtype.itemsize * scalars for dtype, scalars in pairs)
 
@@ -88,7 +88,7 @@ class RecordedArrays:
 
     @property
     def size(self) -> int:
-        """Bytes a lane and frame of all arrays."""
+        """Size of all arrays per lane and frame [bytes]."""
         return sum(self.sizes)
 
     def memory(self, frames: int, lanes: int) -> np.ndarray:

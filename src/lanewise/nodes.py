@@ -233,7 +233,7 @@ class Loop:
 
     @functools.cached_property
     def changing(self) -> frozenset[Node]:
-        """All that changes from round to round."""
+        """All values that change from round to round."""
         changing = set(self.carried)
         for node in reachable((self.goes_on, *self.onwards)):
             if not changing.isdisjoint(node.inputs):

@@ -29,7 +29,7 @@ _SHORT = {"float": "f32", "double": "f64"}
 
 @dataclass
 class FunctionWriter:
-    """Writes a function.
+    """Writer of a function.
 
     Args:
         lanes: numbers in a vector; 1 for plain scalars.

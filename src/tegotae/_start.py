@@ -30,7 +30,7 @@ def ready() -> None:
 
 
 def open_streams() -> None:
-    """Have a closed standard stream (`tegotae models >&-`) be one without a reader.
+    """Replace a closed standard stream (`tegotae models >&-`) by one without a reader.
 
     Python has none in its place, and the next file to be opened would take its number: what is
     printed would go into that file.

@@ -54,7 +54,7 @@ class Cell(Protocol):
 
     @property
     def document(self) -> Document:
-        """All that decides its numbers, as JSON values."""
+        """All settings that determine its numbers, as JSON values."""
         ...
 
     @property

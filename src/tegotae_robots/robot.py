@@ -87,7 +87,7 @@ class RobotController:
 
     @functools.cached_property
     def controller(self) -> Controller:
-        """Its structure, in SI."""
+        """Structure of the controller, in SI units."""
         task = self.saved.task
         units = msgspec.UNSET if task is None else task.wiring.units
         if isinstance(units, msgspec.UnsetType):

@@ -130,7 +130,9 @@ def _estimate_ridges(effect: OfGainMap, folder: Path) -> EffectEstimate:
 
 
 def _estimate_resonances(effect: OfGainMap, folder: Path) -> EffectEstimate:
-    """Spread of the best frequency over the gains (standard deviation), less another's."""
+    """Return the spread of the best frequency over the gains (standard deviation), minus that
+    of another.
+    """
     resonances = read_resonances(folder)
     ours, theirs = (
         _resample(resonances[name]).std(axis=1) for name in (effect.ours, effect.theirs)

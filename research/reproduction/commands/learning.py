@@ -132,7 +132,7 @@ class StudyContrasts:
 
 @dataclass(frozen=True)
 class StudyAtlas(_OfStudy):
-    """Say of every run of a study what its feedback does, and which short form keeps its score."""
+    """Classify the feedback of every run of a study, and find the short form with its score."""
 
     generations: int = 60
     """Generations for which a short form is retuned."""

@@ -84,7 +84,7 @@ class CurvesOfRuns:
 
     @property
     def name(self) -> str:
-        """The model's."""
+        """Name of the model."""
         return self.record.model
 
     @property

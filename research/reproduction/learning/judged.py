@@ -169,7 +169,7 @@ class EvaluatedRuns:
 
     @property
     def name(self) -> str:
-        """The model's."""
+        """Name of the model."""
         return self.record.model
 
     @property

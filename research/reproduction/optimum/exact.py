@@ -69,12 +69,14 @@ class ExactNumbers:
 
     @property
     def most_squared(self) -> Fraction:
-        """No lift-off is faster, squared: 2 (α/m - g) l0 + k/m l0²."""
+        """Bound of the squared lift-off velocity: 2 (α/m - g) l0 + k/m l0²."""
         return 2 * (self.push - self.gravity) * self.leg + self.spring * self.leg**2
 
     @property
     def speed_squared(self) -> Fraction:
-        """Nothing in stance is faster, squared: falling, the spring and gravity add g² m/k."""
+        """Bound of the squared speed in stance: while falling, the spring and gravity add g²
+        m/k.
+        """
         return self.most_squared + self.gravity**2 / self.spring
 
 

@@ -129,7 +129,9 @@ class Reading:
 
     @property
     def hopper(self) -> Hopper:
-        """The body of these ratios; the standard one to the last bit where they are its own."""
+        """The body of these ratios; equal to the standard body to the last bit at its own
+        ratios.
+        """
         names = (*_RATIOS, "mass_kg", "rest_length_m", "flight_damping")
         if all(getattr(self, name) == getattr(Reading, name) for name in names):
             return _STANDARD

@@ -122,7 +122,7 @@ def _default_folder() -> Path | None:
 
 
 def key_of(*parts: str) -> str:
-    """Return the name under which code is kept: a hash of all that it is made of.
+    """Return the name under which code is kept: a hash of everything that determines it.
 
     Args:
         parts: source, processor, options, version of the compiler.

@@ -59,7 +59,7 @@ _OFF = 0.05
 
 @dataclass(frozen=True)
 class ControllerPage:
-    """Numbers about a controller, and the text about them.
+    """Numbers on a controller, and the text about them.
 
     Args:
         name: name of the controller.

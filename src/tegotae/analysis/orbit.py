@@ -79,7 +79,7 @@ def require_hopper(body: Body, purpose: str) -> Hopper:
 
 
 def require_enterable(saved: SavedController, purpose: str) -> None:
-    """Raise `TegotaeError` unless an orbit can be entered: all of its state is known.
+    """Raise `TegotaeError` unless an orbit can be entered, which needs its whole state.
 
     An oscillator that does not name all of its state, or has no phase, would start off the cycle.
     """

@@ -104,12 +104,12 @@ class TriedForm:
 
     @property
     def numbers(self) -> int:
-        """Number of its numbers; for several legs, that of the feedback."""
+        """Number of its parameters; for several legs, that of the feedback."""
         return len(self.saved.weights) - self.of_feet
 
     @property
     def of_feet(self) -> int:
-        """Number of additional numbers of the feet of several legs, and of their coupling."""
+        """Number of additional parameters of the feet of several legs, and of their coupling."""
         controller = self.saved.controller
         return (
             controller.n_weights - controller.sets * controller.layout["actuation"].start

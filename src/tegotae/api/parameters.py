@@ -363,7 +363,7 @@ def with_options(value: T, changes: Mapping[str, Any]) -> T:
 
 
 def changes(options: Any, reference: Any) -> dict[str, Any]:
-    """Return the fields of a dataclass that differ from another's.
+    """Return the fields in which a dataclass differs from another.
 
     Args:
         options: the dataclass.

@@ -187,7 +187,7 @@ def is_debugging() -> bool:
 
 
 def warn_in_one_line() -> None:
-    """Have every warning be a line on standard error, once, without its place in the source.
+    """Print every warning once, as a line on standard error, without its place in the source.
 
     Where errors show where they arose (`is_debugging`), warnings do, too.
     """

@@ -35,7 +35,7 @@ _BODY = Option(
 
 @dataclass(frozen=True)
 class FunctionCall:
-    """Words that call a function; no name is looked up yet."""
+    """A function call from the command line; names are not looked up yet."""
 
     command: Command
     """Command of the function, or of a method of `LoadedController`."""
@@ -48,7 +48,7 @@ class FunctionCall:
 
     @classmethod
     def from_words(cls, command: Command, words: Sequence[str], prog: str) -> FunctionCall:
-        """Return the call that words make.
+        """Parse the call from the words of a command line.
 
         Raises:
             TegotaeError: for words without a name, where one is needed.

@@ -86,7 +86,7 @@ def known_options(
 
 
 def metavar(kind: Any) -> str:
-    """Return what is written after an option, such as FLOAT.
+    """Return the placeholder after an option, such as FLOAT.
 
     Example:
         >>> metavar(tuple[float, float]), metavar(tuple[str, ...]), metavar(Literal["a", "b"])

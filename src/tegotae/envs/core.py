@@ -26,7 +26,7 @@ from tegotae.simulation.world import Scenario, ground_m
 
 
 class Apexes(NamedTuple):
-    """Totals at the apexes of hops so far: all that CoT⁻¹ over whole hops takes.
+    """Totals at the apexes of hops so far, from which CoT⁻¹ over whole hops is computed.
 
     The same hops count as in a recording of the same frames
     (`tegotae.measures.hopping.hopping.whole_hops`).

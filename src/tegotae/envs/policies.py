@@ -152,7 +152,7 @@ class Policy:
 
     @property
     def controller(self) -> Controller:
-        """The controller of its environment, whose one weight the action is."""
+        """The controller of its environment, whose only weight is the action."""
         return self.meaning.settings.controller
 
     @property

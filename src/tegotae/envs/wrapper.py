@@ -26,7 +26,7 @@ _PHASE_KEY = "phase"
 
 
 class Pilot:
-    """Drives the limbs of several lanes, each an environment of its own, sample by sample.
+    """Driver of the limbs of several lanes, each an environment of its own, sample by sample.
 
     Args:
         wires: where in observations and actions is what.

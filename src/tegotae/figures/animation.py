@@ -105,7 +105,7 @@ def animation_file(path: Path | str) -> Path:
 
 
 class GifWriter(PillowWriter):
-    """Writes .gif: each picture is drawn once, and all have the same 256 colours.
+    """Writer of .gif: each picture is drawn once, and all have the same 256 colours.
 
     Matplotlib's own writer draws each picture twice and looks for its colours anew.
 

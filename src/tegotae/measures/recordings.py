@@ -48,7 +48,7 @@ class Quantity(NamedTuple):
 
     @property
     def si(self) -> str:
-        """Its unit of the SI."""
+        """Unit of the quantity in the SI."""
         return next(iter(self.units))
 
 

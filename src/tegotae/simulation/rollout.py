@@ -58,7 +58,7 @@ class Rollout:
 
     @property
     def program(self) -> EpisodeProgram:
-        """All of it that shapes the code of a tick."""
+        """The parts of the rollout that shape the code of a tick."""
         needs = getattr(self.summary, "needs", None)
         loop = ClosedLoop(self.controller, self.integrator)
         return EpisodeProgram(loop, None if needs is None else tuple(needs))

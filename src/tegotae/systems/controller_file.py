@@ -232,7 +232,7 @@ def is_controller(document: Json) -> TypeGuard[JsonObject]:
 
 
 def begins_as_ours(path: Path) -> bool:
-    """Return whether a file that is no whole document begins as a controller's."""
+    """Return whether an incomplete document begins like a controller file."""
     with path.open("rb") as stream:
         first = stream.read(200)
     return first.lstrip().startswith(b"{") and FORMAT.encode() in first
@@ -292,7 +292,7 @@ NOT_OF_THE_TRAINING = frozenset({"format", "experiment", "seeds", "budgets", "me
 
 
 def is_study(folder: Path) -> bool:
-    """Return whether a folder is a study's."""
+    """Return whether a folder holds a study."""
     return (folder / _DESCRIPTION).exists()
 
 

@@ -193,7 +193,7 @@ class Experiment(OnSystem):
 
 
 def require_name(name: object) -> None:
-    """Raise `TegotaeError` unless a name can be an experiment's, and so a file's.
+    """Raise `TegotaeError` unless a text can name an experiment, and so a file.
 
     Example:
         >>> require_name("ART-rF-tphif-w8+hopf")

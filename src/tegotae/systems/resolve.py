@@ -134,7 +134,7 @@ class Trained(Resolved):
 
     @property
     def body(self) -> Body | Interface:
-        """The body of the first."""
+        """The body of the first controller."""
         return self.controllers[0][1].system.body
 
     def weighted(self) -> tuple[tuple[Path, SavedController], ...]:
@@ -173,7 +173,7 @@ class Untrained(Resolved):
 
     @property
     def body(self) -> Body | Interface:
-        """The body of the first."""
+        """The body of the first controller."""
         return self.experiments[0].system.body
 
     def weighted(self) -> tuple[tuple[Path, SavedController], ...]:

@@ -40,7 +40,7 @@ FORCED = "forced "
 
 @dataclass(frozen=True)
 class Range:
-    """Between which values a number is tuned.
+    """Range of values in which a number is tuned.
 
     Args:
         low: the lowest.

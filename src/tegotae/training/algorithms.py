@@ -283,7 +283,7 @@ class OpenES(Algorithm):
         from evosax.algorithms import Open_ES
 
         class FixedDeviation(Open_ES):
-            """evosax's deviation is a part of the program."""
+            """OpenAI-ES with its deviation in the state; evosax compiles it into the program."""
 
             def _tell(self, key, population, fitness, state, params):
                 updated = super()._tell(key, population, fitness, state, params)

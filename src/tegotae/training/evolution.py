@@ -95,7 +95,9 @@ class Stopping(Part):
 
     @property
     def rule(self) -> dict[str, float]:
-        """All but the cap: a training can go on under a higher cap, but not under another rule."""
+        """The settings of the rule except the cap: a training continues under a higher cap, but
+        not under another rule.
+        """
         return {"least": self.least, "share": self.share, "tolerance": self.tolerance}
 
     def reason(self, fitness: np.ndarray) -> str:

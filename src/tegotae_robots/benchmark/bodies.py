@@ -42,7 +42,7 @@ class GivenForce(Actuation):
 
     @property
     def n_weights(self) -> int:
-        """One a command."""
+        """Number of weights: one per command."""
         return len(self.COMMANDS)
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
@@ -108,7 +108,7 @@ class SimulatedSubject(Subject):
 
     @property
     def simulated(self) -> Body:
-        """The body with all around it that conditions change."""
+        """The body inside the wrappers whose numbers conditions change."""
         return self.tested.prepared
 
     @abstractmethod

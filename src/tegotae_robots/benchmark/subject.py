@@ -44,7 +44,7 @@ class Subject(ABC):
 
     @property
     def disturbances(self) -> tuple[Disturbance, ...]:
-        """Disturbances of the track, a condition a level."""
+        """Disturbances of the track, one condition per level."""
         return disturbances_named(self.CONDITIONS)
 
     @property

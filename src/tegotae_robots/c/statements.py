@@ -109,7 +109,7 @@ def c_function(
 
 
 class Statements:
-    """Writes the statements that compute some nodes.
+    """Writer of the statements that compute some nodes.
 
     A value used once stands where it is used; one used more often, or too long to read, gets a
     name: that which the Python source gives it.

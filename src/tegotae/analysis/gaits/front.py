@@ -154,7 +154,7 @@ class FrontPart(Cell):
 
     @property
     def name(self) -> str:
-        """The family's."""
+        """Name of the family."""
         return self.family.name.replace(" ", "-")
 
     @property

@@ -185,7 +185,7 @@ class Aftermath:
 
     @property
     def summary(self) -> pd.DataFrame:
-        """Numbers of starts by their gaits before and after."""
+        """Number of starts of every pair of gaits before and after."""
         stood: Any = self.frame[self.frame["stood_before"]]
         pairs = gait_counts(stood["gait_before"] + " → " + stood["gait_after"])
         return pairs.rename_axis("before → after").to_frame("starts")
@@ -229,7 +229,7 @@ class Aftermath:
 
 @dataclass(frozen=True, kw_only=True)
 class _BeforeAndAfter(CoordinationSummary):
-    """A `Rollout`'s summary: the coordination in the ends of both parts of a recording.
+    """A `Rollout`'s summary: the coordination at the end of each of two parts of a recording.
 
     Args:
         cut: how many frames the first part has.

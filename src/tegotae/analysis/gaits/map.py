@@ -235,7 +235,7 @@ class GaitMap:
 
     @property
     def summary(self) -> pd.DataFrame:
-        """A row a gait, the most frequent first: numbers of cells and costs, as texts."""
+        """Numbers of cells and costs as texts, one row per gait, the most frequent first."""
         cells: Any = self.cells
         number, of_gaits = gait_counts(cells["gait"]), cells.groupby("gait")
         cost = of_gaits["cost_of_transport"].agg(["min", "max"]).loc[number.index]

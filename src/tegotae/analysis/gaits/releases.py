@@ -225,7 +225,7 @@ class Releases:
 
     @property
     def summary(self) -> pd.DataFrame:
-        """A row a run and frequency: `over_starts` of its releases."""
+        """Metrics of the releases (`over_starts`), one row per run and frequency."""
         rows = self.frame[["run", "omega"]].iloc[:: self.starts].reset_index(drop=True)
         walks = Walks(dict(self.frame), self.starts, self.body, self.channels)
         return rows.assign(**over_starts(walks, self.metrics))

@@ -186,7 +186,7 @@ class Tested(ABC):
 
     @property
     def unwrapped(self) -> Any:
-        """The body within all that is around it."""
+        """The body inside all wrappers."""
         return self.body
 
     @property
@@ -442,7 +442,7 @@ class Wind(Disturbance):
 
 @dataclass(frozen=True, kw_only=True)
 class LostLeg(Disturbance):
-    """So many legs are lost at once; which ones differs from release to release.
+    """Loss of a number of legs at once, which differ from release to release.
 
     A gait of fewer legs is another one: what counts is that it walks on.
 
@@ -492,7 +492,7 @@ class Frequency(Disturbance):
 
 @dataclass(frozen=True, kw_only=True)
 class Scaled(Disturbance):
-    """Numbers of the body times the level, from the release on.
+    """Numbers of the body multiplied by the level, from the release on.
 
     A leg of another length is released as high over where it touches the ground.
     """
@@ -614,7 +614,7 @@ class Late(Disturbance):
 
 @dataclass(frozen=True, kw_only=True)
 class Noise(Disturbance):
-    """White noise on the senses, a number a control tick, as a share of their scale.
+    """White noise on the senses, one value per control tick, as a share of their scale.
 
     Every release meets another one.
 

@@ -269,7 +269,7 @@ class ControllersUnderTest(Tested):
     def scenario(
         self, disturbances: Sequence[Disturbance], encounters: Sequence[Encounter]
     ) -> Scenario:
-        """Return the scenario of the lanes, with all that some disturbance changes.
+        """Return the scenario of the lanes, with the values that any disturbance changes.
 
         Args:
             disturbances: all that may be met.

@@ -95,7 +95,7 @@ class Trial:
 
     @property
     def name(self) -> str:
-        """The set's."""
+        """Name of the set."""
         return self.tested.name
 
     @property

@@ -118,7 +118,7 @@ class WalkMetric(Metric):
 
 
 def over_starts(walks: Walks, metrics: Sequence[Metric] | None = None) -> dict[str, np.ndarray]:
-    """Return metrics of walks by name, [rows]; without a choice all, and the common `gait`.
+    """Return selected metrics of walks by name, [rows], or all of them and the common `gait`.
 
     Args:
         walks: the releases.

@@ -61,7 +61,7 @@ class HopOutcome(NamedTuple):
 
 
 class FitnessData(NamedTuple):
-    """Settings that make a fitness of an outcome: data of a compiled program."""
+    """Weights that turn an outcome into a fitness: data of a compiled program."""
 
     definition: Numeric
     """1 at the definition of work that counts, 0 elsewhere, in the order of `WORK`."""

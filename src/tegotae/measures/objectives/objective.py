@@ -60,7 +60,7 @@ class Objective(Part, ABC):
     def outcome(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
     ) -> Any:
-        """Summarise an episode: the fitness, [lanes], or all that `score` makes it of.
+        """Summarise an episode: the fitness, [lanes], or all values that `score` computes it from.
 
         Args:
             trajectory: arrays of shape [frames, lanes].

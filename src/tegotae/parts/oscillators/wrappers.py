@@ -133,7 +133,7 @@ class Learned(OscillatorWrapper):
 
     @property
     def n_weights(self) -> int:
-        """One a parameter."""
+        """Number of weights: one per parameter."""
         return len(self.names)
 
     @property

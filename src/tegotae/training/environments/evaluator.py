@@ -243,7 +243,7 @@ class _EnvWorker:
         self._last, self._since, self._hung = (_IDLE, 0), time.monotonic(), False
 
     def give(self, job: Job) -> None:
-        """Have it try out a job."""
+        """Give the worker a job to evaluate."""
         self.job, self._since, self._hung = job, time.monotonic(), False
         with contextlib.suppress(OSError):  # dead: noticed when its answer is read
             self.link.send((job.weights, job.starts, job.troubles))

@@ -252,7 +252,7 @@ class EnvExperiment(Part):
             env.close()
 
     def check(self) -> None:
-        """See that it can be trained, before long work starts.
+        """Check that it can be trained, before long work starts.
 
         Raises:
             TegotaeError: if not.

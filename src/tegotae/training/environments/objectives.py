@@ -235,7 +235,7 @@ class UserObjective(EnvObjective):
 
     @property
     def file(self) -> Path | None:
-        """The function's."""
+        """File of the function."""
         return source_of(self.function)
 
     def entries(self, wiring: Wiring) -> None:
