@@ -111,7 +111,7 @@ def place_of(equation: Traced) -> Place | None:
 
 @functools.cache
 def _assigned(file: Path) -> dict[int, tuple[str, ...]]:
-    """Yield the names that each line of a file assigns to."""
+    """Return the names that each line of a file assigns to."""
     try:
         tree = ast.parse(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, SyntaxError):

@@ -172,7 +172,7 @@ def _holds_at(certificate: Certificate, omega: float | None) -> bool:
 
 
 def _by_frequency(certificates: list[Certificate]) -> Iterable[list[Certificate]]:
-    """Return certificates in groups of one frequency, the highest first."""
+    """Yield certificates in groups of one frequency, the highest first."""
 
     def frequency(certificate: Certificate) -> float:
         return -(certificate.omega or 0.0)

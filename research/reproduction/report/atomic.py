@@ -157,12 +157,12 @@ def quoted(claim: AtomicClaim) -> str:
 
 
 def shown_effect(finding: Finding) -> EffectEstimate | None:
-    """Return the effect as the study counts; in the first way that measures it if that does not."""
+    """Return the effect as the study counts it, or in the first way that measures it."""
     return next((estimate for estimate in finding.by_count.values() if estimate.is_known), None)
 
 
 def _effect(finding: Finding) -> str:
-    """Return the effect as the study counts it, or in the first way that measures it."""
+    """Return the mean, the level that it is compared with, and the claimed sign."""
     estimate = shown_effect(finding)
     claimed = CLAIMED[finding.claim.sign]
     if estimate is None:
@@ -172,7 +172,7 @@ def _effect(finding: Finding) -> str:
 
 
 def _intervals(estimate: EffectEstimate) -> tuple[str, str]:
-    """Return the mean, the level that it is compared with, and the claimed sign."""
+    """Return the 95 % intervals over runs, and over designs and ω_t."""
     ends = (estimate.low, estimate.high), (estimate.designs_low, estimate.designs_high)
     texts = ["–" if np.isnan(low) else f"[{low:.2f}, {high:.2f}]" for low, high in ends]
     return texts[0], texts[1]
@@ -199,7 +199,7 @@ def tally(finding: Finding) -> str:
 
 
 def effect_in_words(effect: Effect) -> str:
-    """Return the 95 % intervals over runs, and over designs and ω_t.
+    """Return an effect in words, with its unit.
 
     Example:
         >>> from research.reproduction.claims.atomic import ATOMIC_CLAIMS
@@ -227,7 +227,7 @@ def effect_in_words(effect: Effect) -> str:
 
 
 def effect_unit(effect: Effect) -> str:
-    """Return the unit of an effect, such as m/J; empty of a share, a correlation and a slope.
+    """Return the unit of an effect, such as m/J; empty for a share, a correlation and a slope.
 
     Example:
         >>> from research.reproduction.claims.atomic import ATOMIC_CLAIMS
@@ -244,7 +244,7 @@ def _heading(name: str) -> str:
 
 
 def by_budget_table(by: Mapping[str, Iterable[Finding]]) -> str:
-    """Return the unit of an effect, such as m/J; empty for a share, a correlation and a slope.
+    """Return one row per claim that the study's table measures: its verdict after each budget.
 
     Args:
         by: findings, of which the first way to count is taken, by the heading of their column.

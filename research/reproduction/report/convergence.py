@@ -20,8 +20,7 @@ POINTS = 60
 
 
 def trainings(records: Iterable[Record]) -> dict[tuple[str, float | None], Trainings]:
-    """Return one row per claim that the study's table measures: its verdict after each budget of
-    training.
+    """Return the learning curves of all trained models, by architecture and ω_t [rad/s].
 
     A single network has no ω_t. Runs of all models of an architecture stand side by side.
 
@@ -55,7 +54,7 @@ def convergence_figures(records: Iterable[Record]) -> dict[str, Figure]:
 
 
 def convergence_means(records: Iterable[Record]) -> dict[str, np.ndarray]:
-    """Return the learning curves of all trained models, by architecture and ω_t [rad/s]."""
+    """Return the means in the pictures, one row per architecture, ω_t and number of episodes."""
     by_model = trainings(records)
     parts = [
         {"omega_t": np.full(len(rows["name"]), np.nan if omega_t is None else omega_t)} | rows

@@ -254,7 +254,7 @@ def _units_of(saved: SavedController, local: Units) -> tuple[Units, Units]:
 
 
 def misnamed_scales(scales: Mapping[str, float], signals: Sequence[str]) -> list[str]:
-    """Yield a sentence for every scale whose name is close to a signal's but unknown, and has no
+    """Return a sentence for every scale whose name is close to a signal's but unknown, and has no
     effect.
 
     Scales of other names may be for other controllers.

@@ -324,7 +324,7 @@ def resampled(samples: pd.DataFrame, rate_hz: float) -> pd.DataFrame:
 def left_alone(
     columns: Mapping[str, Collection[object]], assignments: Sequence[str] = ()
 ) -> list[str]:
-    """Yield a line for every column that has a quantity's name but is not read since its unit is
+    """Return a line for every column that has a quantity's name but is not read since its unit is
     unknown.
 
     Args:

@@ -321,7 +321,7 @@ def _is_per_limb(name: str, body: Body) -> bool:
 
 
 def _combinations(conditions: Sequence[Condition]) -> list[dict[str, LaneNumbers]]:
-    """Yield every combination of the extremes, by name."""
+    """Return every combination of the extremes, by name."""
     names = [condition.name for condition in conditions]
     extremes = [condition.extremes for condition in conditions]
     if (count := int(np.prod([len(values) for values in extremes], dtype=float))) > MOST_CORNERS:

@@ -155,7 +155,7 @@ def _responses(height: np.ndarray, ahead: np.ndarray, tick: float) -> Mapping[st
 
 
 def _hold(model: MjModel, data: MjData, held: np.ndarray) -> None:
-    """Return commands at which no servo acts in the present pose."""
+    """Set commands at which no servo acts in the present pose."""
     servos = model.actuator_biastype == mujoco.mjtBias.mjBIAS_AFFINE
     servos &= model.actuator_gainprm[:, 0] != 0.0
     bias = model.actuator_biasprm[:, 0] + model.actuator_biasprm[:, 1] * data.actuator_length

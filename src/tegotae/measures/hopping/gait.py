@@ -178,7 +178,7 @@ _BOUNCE = 0.01  # of the rest length a hop, which bounces that are no hops may c
 def _contradictions(
     frames: Trajectory, table: Hops, span: tuple[int, int], rest_length_m: float
 ) -> tuple[str, ...]:
-    """Yield a sentence for every two measurements of one quantity that contradict each other, as
+    """Return a sentence for every two measurements of one quantity that contradict each other, as
     noise makes them do.
 
     From one apex to another, the height's spectrum shows how often the body swings, which is once
@@ -446,7 +446,7 @@ def _since_release(at_s: float | None, began_s: float, ended_s: float) -> float 
 
 
 def _own_totals(names: list[str]) -> list[str]:
-    """Yield a sentence on the running totals that replace numbers computed from samples."""
+    """Return a sentence on the running totals that replace numbers computed from samples."""
     listed = " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
     remark = "the recording's own running totals, not computed from its samples"
     return [f"{listed}: {remark}"] if names else []

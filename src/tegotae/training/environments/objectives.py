@@ -239,7 +239,7 @@ class UserObjective(EnvObjective):
         return source_of(self.function)
 
     def entries(self, wiring: Wiring) -> None:
-        """Return all entries of the observation."""
+        """Return None: the objective reads all entries of the observation."""
 
     def check(self, wiring: Wiring, duration_s: float) -> None:
         """Raise `TegotaeError` if there is no such function."""
