@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tegotae import TegotaeError
 from tegotae.api.controllers import load, load_all
 from tegotae.api.evaluations import EXACT, INDEPENDENT, PAIRED, EvaluationTable
 from tegotae.api.hopping import HopperController
@@ -171,3 +172,20 @@ def test_a_film_that_was_written_is_called_by_its_file(tmp_path):
     film = run.animate(tmp_path / "hop.gif")
     assert str(film) == str(tmp_path / "hop.gif")
     assert film.content == (tmp_path / "hop.gif").read_bytes()
+
+
+def test_a_loaded_controller_shows_its_name_and_size():
+    assert repr(load("zoo:ART/all")) == "<HopperController ART-rF-tphif-w8: 15 runs of 96 weights>"
+    assert repr(load("quadruped-c")) == "<WalkerController quadruped-c: 1 run of 1 weight>"
+
+
+def test_the_runs_of_a_training_can_be_loaded_as_an_object():
+    runs = load("zoo:ART/all").runs
+    assert np.array_equal(load(runs).runs.weights, runs.weights)
+    assert load(runs).name == runs.name
+
+
+@pytest.mark.parametrize("value", [3, None, {"a": 1}, object()])
+def test_an_object_that_is_no_controller_is_refused(value):
+    with pytest.raises(TegotaeError, match="it must be a text or an object with weights"):
+        load(value)

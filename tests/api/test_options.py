@@ -101,7 +101,7 @@ PAPER, WALKER = tg.load("paper"), tg.load("quadruped-c")
         (tg.plot.basin, {"resolution": "20"}, "resolution is '20'; it must be a whole number"),
         (tg.gaits.map, {"x": ("sigma", 1)}, "it must be a list of a text, a number, a number"),
         (tg.gaits.map, {"cells": (3.5, 2)}, "it must be a list of a whole number, a whole number"),
-        (tg.robots.export_c, {"out": "c", "tick_s": "1"}, "tick_s is '1'; it must be a number"),
+        (tg.robots.export_c, {"tick_s": "1"}, "tick_s is '1'; it must be a number"),
     ],
 )
 def test_an_option_of_another_type_is_refused_with_its_value_and_the_right_type(
@@ -126,9 +126,23 @@ def test_every_function_of_a_command_has_typed_keywords_that_its_docstring_expla
         assert name == "self" or f"    {name}: " in said, name
 
 
-def test_a_wrong_keyword_is_refused_beside_options_that_functions_share():
-    with pytest.raises(TypeError, match="unexpected keyword argument 'strats'"):
-        tg.gaits.basin("bar-light", strats=8)
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: PAPER.simulate(omga=5.0), "simulate is called 'omga'; did you mean omega"),
+        (lambda: tg.train("ART", sedes=3), "train is called 'sedes'; did you mean seeds"),
+        (lambda: tg.train(modle="ART"), "train is called 'modle'; did you mean model"),
+        (lambda: tg.list_models(zo=True), "list_models is called 'zo'; did you mean zoo"),
+        (lambda: tg.gaits.basin("bar-light", strats=8), "'strats'; did you mean starts"),
+    ],
+    ids=["simulate", "train", "a name", "list_models", "basin"],
+)
+def test_a_wrong_keyword_is_refused_with_the_nearest_ones(call, message):
+    with pytest.raises(TypeError, match=message):
+        call()
+
+
+def test_options_that_functions_share_have_their_defaults_in_the_signature():
     assert inspect.signature(tg.gaits.basin).parameters["seed"].default == 0
 
 

@@ -93,6 +93,14 @@ def test_the_links_of_a_lab_lead_somewhere(path):
     assert f"labs/{path.name}" in (DOCS / "labs.md").read_text(encoding="utf-8")
 
 
+@labs
+def test_a_lab_finds_the_clone_from_its_folder(path):
+    sources = "\n".join(cell.source for cell in read(path).cells if cell.cell_type == "code")
+    defaults = re.findall(r'os\.environ\.get\("TEGOTAE_CLONE", "(.*?)"\)', sources)
+    assert [x for x in defaults if (path.parent / x).resolve() != ROOT.resolve()] == []
+    assert bool(defaults) == ("CLONE" in sources)
+
+
 @pytest.mark.thorough
 @labs
 def test_a_lab_runs_elsewhere_and_shows_tables_and_figures(path, tmp_path, monkeypatch):

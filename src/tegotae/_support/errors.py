@@ -151,7 +151,8 @@ def other_code(outcome: str) -> Iterator[None]:
 def unknown(kind: str, name: str, names: Iterable[str]) -> TegotaeError:
     """Return the error for an unknown name, with the nearest known names.
 
-    A name that differs from a known one in capitals alone is the nearest.
+    A name that differs from a known one in capitals alone is the nearest. The hyphens that an
+    option begins with do not count.
 
     Example:
         >>> print(unknown("model", "art", ["AR", "ART", "V"]))
@@ -160,8 +161,9 @@ def unknown(kind: str, name: str, names: Iterable[str]) -> TegotaeError:
     names = list(dict.fromkeys(names))
     by_letters: dict[str, list[str]] = {}
     for candidate in names:
-        by_letters.setdefault(candidate.lower(), []).append(candidate)
-    near = difflib.get_close_matches(name.lower()[:100], by_letters, n=3, cutoff=0.3)
+        by_letters.setdefault(candidate.lower().lstrip("-"), []).append(candidate)
+    letters = name.lower().lstrip("-")[:100]
+    near = difflib.get_close_matches(letters, by_letters, n=3, cutoff=0.3)
     # Of two that differ in capitals alone, the one written more like it comes first.
     matches = (difflib.get_close_matches(name[:100], by_letters[x], n=3, cutoff=0.0) for x in near)
     close = [candidate for group in matches for candidate in group][:3]

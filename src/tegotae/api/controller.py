@@ -61,6 +61,13 @@ class LoadedController:
     source: str = dataclasses.field(default="", kw_only=True)
     """Name that they were loaded by."""
 
+    def __repr__(self) -> str:
+        size = " of ".join(
+            f"{count} {unit}{'s' * (count != 1)}"
+            for count, unit in zip(self.runs.weights.shape, ("run", "weight"), strict=True)
+        )
+        return f"<{type(self).__name__} {self.name}: {size}>"
+
     def defaults(self) -> Values:
         """Return the controller's own values of the options."""
         return {}

@@ -163,9 +163,10 @@ def _loaded(names: Sequence[Any]) -> list[LoadedController]:
     sets: list[tuple[str, ControllerSet]] = []
     legs: dict[str, Legged | None] = {}
     for name in names:
-        if isinstance(name, LoadedController):
-            place = name.source or name.name
-            sets.append((place, name.runs))
+        if isinstance(name, LoadedController | ControllerSet):
+            runs = name.runs if isinstance(name, LoadedController) else name
+            place = getattr(name, "source", "") or name.name
+            sets.append((place, runs))
             legs[place] = getattr(name, "legged", None)
             continue
         subject = resolve(name)

@@ -92,7 +92,7 @@ def in_shell(**facts: Any) -> Callable[[F], F]:
 
 
 def check_types(function: F) -> F:
-    """Return a function that refuses options of another type than its signature says.
+    """Return a function that refuses unknown options, and options of another type.
 
     Shared options, `**options: Unpack[...]`, stand in its signature and its docstring as those of
     its own, and are passed on with their defaults.
@@ -101,6 +101,7 @@ def check_types(function: F) -> F:
         function: a function or a method with typed keyword parameters.
 
     Raises:
+        TypeError: at a call, for an unknown option, with the nearest ones.
         TegotaeError: at a call, for an option of another type.
     """
     hints: dict[str, Any] = {}
@@ -109,19 +110,21 @@ def check_types(function: F) -> F:
         parameters = [x for x in signature.parameters.values() if x.kind is not x.VAR_KEYWORD]
         parameters += [option.parameter for option in shared.values()]
         signature = signature.replace(parameters=parameters)
+    kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+    keywords = [x.name for x in signature.parameters.values() if x.kind in kinds]
 
     @wraps(function)
     def call(*args: Any, **options: Any) -> Any:
         if options and not hints:
             hints.update(hints_of(function))
+        for name in options.keys() - signature.parameters.keys():
+            raise TypeError(str(unknown(f"option of {function.__name__}", name, keywords)))
         for name in options.keys() & hints.keys():
             if getattr(options[name], "ndim", None) == 0:  # a number of NumPy or JAX
                 options[name] = options[name].item()
             require_kind_of(name, hints[name], options[name])
-        if shared:
-            signature.bind(*args, **options)  # refuses an unknown keyword
-            options = {name: x.parameter.default for name, x in shared.items()} | options
-        return function(*args, **options)
+        defaults = {name: x.parameter.default for name, x in shared.items()}
+        return function(*args, **defaults | options)
 
     if shared:
         call.__signature__ = signature  # type: ignore[attr-defined]

@@ -76,7 +76,7 @@ class WalkerEvaluation(ReleaseOptions, GroundOptions, total=False):
     """Options of an evaluation of bodies with several legs."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class WalkerController(LoadedController):
     """Controllers of a body with several legs."""
 

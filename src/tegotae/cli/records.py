@@ -34,7 +34,10 @@ def parse(kind: type, words: Sequence[str], prog: str, examples: Sequence[str] =
     first, options = positional_of(kind), options_of_class(kind)
     if {"-h", "--help"} & {flag for flag, _ in pairs}:
         usage = " ".join(filter(None, [prog, first and first.name.upper(), "[OPTIONS]"]))
-        print(help_text(usage, inspect.getdoc(kind) or "", {"Options": options}, examples))
+        text = inspect.getdoc(kind) or ""
+        if first is not None:
+            text += f"\n\n{first.name.upper()}: {first.description}"
+        print(help_text(usage, text, {"Options": options}, examples))
         raise SystemExit(0)
     values = values_of(pairs, options, prog, several=_several(kind))
     if first is not None and names:

@@ -65,8 +65,7 @@ def values_of(
     values: dict[str, Any] = {}
     for flag, words in options:
         if flag not in flags:
-            names = [flag[2:].replace("-", "_") for flag in flags]
-            raise unknown(f"option of {subject}", flag.lstrip("-").replace("-", "_"), names)
+            raise unknown(f"option of {subject}", flag, flags)
         option = flags[flag]
         value = _value(flag, option.kind, words)
         value = option.value is not True if option.kind is bool else value

@@ -23,6 +23,7 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import os
+import reprlib
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -240,7 +241,7 @@ def resolve(name: str | Path | Named) -> Trained | Untrained | Bare:
 
     Raises:
         TegotaeError: for a name that means nothing, with the nearest ones; a file that is damaged
-            or not ours; or a folder without controllers.
+            or not ours; a folder without controllers; or another object.
 
     Example:
         >>> resolve("ART").experiment().name, resolve("quadruped-c").legs().names
@@ -249,6 +250,10 @@ def resolve(name: str | Path | Named) -> Trained | Untrained | Bare:
         5.0
     """
     if not isinstance(name, (str, Path)):
+        if not isinstance(cast(object, name), _KINDS):
+            raise TegotaeError(
+                f"name is {reprlib.repr(name)}; it must be a text or an object with weights"
+            )
         return _from_object(getattr(name, "name", None) or "mine", name)
     name = str(name)
     if (on_robot := law_on_robot(name)) is not None:
@@ -285,7 +290,7 @@ def law_on_robot(name: str) -> tuple[str, str] | None:
     """Return the law and the robot's file of a name `LAW@FILE.toml`; None for another name.
 
     Raises:
-        TegotaeError: for a robot's file without a law, or a damaged one.
+        TegotaeError: for a robot's file without a law, or one that is missing or damaged.
 
     Example:
         >>> law_on_robot("AR@quadruped-c") is None
@@ -293,6 +298,8 @@ def law_on_robot(name: str) -> tuple[str, str] | None:
     """
     law, _, file = name.rpartition("@")
     if not is_robot_file(file):
+        if law and file.endswith(".toml") and not (os.path.exists(file) or os.path.exists(name)):
+            raise TegotaeError(f"there is no file {file}")
         return None
     on_legs = robot_document(file).on_legs
     if not law:

@@ -97,7 +97,7 @@ class SimulatedSubject(Subject):
 
     @cached_property
     def tested(self) -> ControllersUnderTest:
-        """The body under commands, as `generalise` would test it."""
+        """The body under commands, as `tegotae robustness` tests it."""
         limbs = self.BODY.limbs
         sets = None if limbs == 1 else tuple(range(limbs))
         controller = Controller(self.ACTUATION, limbs=limbs, sharing=sets)

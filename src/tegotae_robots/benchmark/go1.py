@@ -35,7 +35,7 @@ class Go1Subject(Subject):
 
     @cached_property
     def tested(self) -> EnvironmentUnderTest:
-        """The robot, as `generalise` would test it.
+        """The robot, as `tegotae robustness` tests it.
 
         Raises:
             TegotaeError: without its model.

@@ -163,7 +163,7 @@ def generalise(
     trials = [Trial(tested, tuple(disturbances)) for tested in controllers]
     remedy = "choose another folder with --out, or start again with --restart"
     with alone(out, GENERALISATION, restart=restart):
-        study = Study(out / "records", trials, "generalise", "controllers", ".trial.npz", remedy)
+        study = Study(out / "records", trials, "robustness", "controllers", ".trial.npz", remedy)
         cores = min(available_cores(), len(bundles(trials)))
         study.run(run_locally if cores <= 1 else on_cores)
         return [
