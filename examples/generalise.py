@@ -10,7 +10,7 @@ import numpy as np
 from tegotae import System, Timing
 from tegotae.analysis.generalisation.disturbances import disturbances_named
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
-from tegotae.analysis.generalisation.run import tried
+from tegotae.analysis.generalisation.run import measure_retention
 from tegotae.figures.generalisation import curves_figure
 from tegotae.figures.style import save_figure
 from tegotae.systems.controller_file import ControllerSet
@@ -26,7 +26,7 @@ for actuation in ("sector", "reflex"):
     subject = dataclasses.replace(
         ControllersUnderTest.from_runs(gains), looked_at=Timing(duration_s=20.0, tick_s=0.002)
     )
-    tables.append((subject, tried(subject, disturbances)))
+    tables.append((subject, measure_retention(subject, disturbances)))
 save_figure(curves_figure(tables, disturbances), "generalise.png")
 
 shares = {}

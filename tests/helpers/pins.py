@@ -54,7 +54,7 @@ from tegotae import Hopper, System, Timing, cli
 from tegotae.analysis.gaits.map import Axis, map_gaits
 from tegotae.analysis.generalisation.disturbances import disturbances_named
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
-from tegotae.analysis.generalisation.run import tried
+from tegotae.analysis.generalisation.run import measure_retention
 from tegotae.measures.gaits.summary import Coordination
 from tegotae.parts.fields import replace
 from tegotae.systems import controller_file
@@ -98,7 +98,7 @@ def generalisation() -> Results:
         (hopper, ["mass=0.9/3.5", "delay=0.004"]),
         (walker, ["push-aside=0.001/9", "lost-leg=1"]),
     ):
-        table = tried(tested, disturbances_named(conditions)).table
+        table = measure_retention(tested, disturbances_named(conditions)).table
         table["condition"] = table["condition"].to_numpy(str)
         results |= {f"{tested.name}.{name}": column.to_numpy() for name, column in table.items()}
     return results

@@ -21,7 +21,7 @@ from tegotae.analysis.generalisation.on_environment import (
     EnvironmentUnderTest,
     _PerturbedPilot,
 )
-from tegotae.analysis.generalisation.run import tried
+from tegotae.analysis.generalisation.run import measure_retention
 from tegotae.api.trained import TrainedControllers, advice
 from tegotae.cli import main
 from tegotae.envs import Limb, TegotaeWrapper, Wiring, load_wiring, save_wiring
@@ -531,7 +531,7 @@ def test_a_gymnasium_environment_is_tried_under_other_senses_actuators_and_frequ
     conditions = disturbances_named(
         ["delay=0.02", "noise=0.1", "omega=1.1", "lag=0.02", "strength=0.9", "mass=1.2"]
     )
-    got = tried(tested, conditions)
+    got = measure_retention(tested, conditions)
     assert got.left_out == {"mass": "a Gymnasium environment has no mass_kg"}
     assert got.table["had"].all()
     assert set(got.table["condition"]) == {"delay", "noise", "omega", "lag", "strength"}
