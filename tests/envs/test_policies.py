@@ -391,8 +391,8 @@ def test_onnx_without_its_package_names_the_extra(tmp_path, monkeypatch):
     ("words", "says"),
     [
         ("paper --policy math:cos", "paper is a controller, and policy names a policy; name one"),
-        ("--policy math:cos --sigma 2", "is called 'sigma"),
-        ("paper --acts feedback", "is called 'acts"),
+        ("--policy math:cos --sigma 2", "is called '--sigma"),
+        ("paper --acts feedback", "is called '--acts"),
     ],
 )
 def test_options_of_a_policy_and_of_a_controller_are_told_apart(one_line_error, words, says):

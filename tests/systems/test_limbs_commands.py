@@ -161,7 +161,7 @@ def test_a_wrapper_has_a_unit_a_limb_of_its_own():
         (["train", "ART", "--body", f"{FILE}:Bar"], "drives 1 limbs, and a Bar has 2"),
         (
             ["evaluate", "legs.json", "--flight-damping-ns-per-m", "0.1"],
-            "is called 'flight",
+            "is called '--flight",
         ),
         (
             ["train", EXPERIMENT, "--mass-kg", "0.5"],

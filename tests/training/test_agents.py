@@ -380,13 +380,13 @@ class TestBadInput:
             (["V", "--algorithm", "sac"], "sac has no meaning for V-reflex-w8"),
             (
                 ["AR", "--algorithm", "sac", "--population", "8"],
-                "is called 'population",
+                "is called '--population",
             ),
             (
                 ["AR", "--algorithm", "ppo", "--generations", "8"],
-                "is called 'generations",
+                "is called '--generations",
             ),
-            (["AR", "--episodes", "8"], "is called 'episodes"),
+            (["AR", "--episodes", "8"], "is called '--episodes"),
             (["AR", "--algorithm", "ppo", "--episodes", "0"], "episodes is 0"),
         ],
     )

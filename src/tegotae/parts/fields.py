@@ -86,7 +86,7 @@ def path_of(value: object, name: str) -> str:
         return first + dot + (path_of(getattr(value, first), tail) if dot else "")
     for holder in _inside(value):
         inner = getattr(value, holder)
-        if first in paths_of(inner):
+        if first in paths_of(inner) or first in _inside(inner):
             return f"{holder}.{path_of(inner, first + dot + tail)}"
     whole = unwrapped(value) if isinstance(value, Body) else value
     raise unknown(f"field of a {type(whole).__name__}", first, paths_of(value))
