@@ -20,6 +20,9 @@ _HOME_OF = {
 }
 """By public name the module or the package that has it, as the stub says."""
 
+_METHODS = ("simulate", "evaluate", "compare", "explain", "robustness")
+"""Commands of the shell that are methods of loaded controllers."""
+
 __all__ = sorted(_HOME_OF)  # pyright: ignore[reportUnsupportedDunderAll] - it reads the stub
 
 
@@ -33,7 +36,8 @@ def __getattr__(name: str) -> Any:
     elif not name.startswith("_") and find_spec(f"{__name__}.{name}") is not None:
         return import_module(f"{__name__}.{name}")
     else:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        hint = f"; tegotae.load(NAME).{name} is a method" if name in _METHODS else ""
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}")
     globals()[name] = value
     return value
 

@@ -10,6 +10,7 @@ import pytest
 from places import ROOT
 from programs import main, parsed
 from prose_numbers import MARK
+from research_pages import source_of
 
 README = MARK.sub("", (ROOT / "README.md").read_text(encoding="utf-8"))
 MOST_WORDS = 700
@@ -26,9 +27,11 @@ def test_it_begins_with_a_hopper_and_a_walker():
     assert pictures == ["docs/_static/hopper.gif", "docs/_static/gaits/animation.gif"]
 
 
-def test_its_links_lead_somewhere():
+def test_its_links_lead_to_pages_with_their_text():
     for target in re.findall(r"\]\(([^)#]+)", README):
         assert (ROOT / target).exists(), target
+        if target.endswith(".md"):
+            assert source_of(ROOT / target) == ROOT / target, f"{target} only says where it is"
 
 
 @pytest.mark.parametrize("term", ["VG", "T0", "T1", "CPGu", "ART", "PGPE"])

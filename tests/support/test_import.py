@@ -134,3 +134,8 @@ def test_rooms_are_there_without_an_import_of_their_own():
 def test_a_name_that_is_not_there_is_an_attribute_error(name):
     with pytest.raises(AttributeError, match=f"module 'tegotae' has no attribute '{name}'"):
         getattr(tegotae, name)
+
+
+def test_a_command_that_is_a_method_is_shown_as_one():
+    with pytest.raises(AttributeError, match=r"tegotae\.load\(NAME\)\.simulate is a method"):
+        tegotae.simulate  # noqa: B018  # pyright: ignore[reportAttributeAccessIssue]
