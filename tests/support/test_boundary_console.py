@@ -70,7 +70,7 @@ def test_debug_stands_anywhere_and_shows_where_an_error_arose(capsys, monkeypatc
     def bug(*_):
         raise KeyError("a bug")
 
-    monkeypatch.setattr("tegotae.api.listing.all_models", bug)
+    monkeypatch.setattr("tegotae.api.listing.study_recipes", bug)
     monkeypatch.setenv("TEGOTAE_DEBUG", "0")
     assert main(["models", "T"]) == 70
     assert "Traceback" not in capsys.readouterr().err

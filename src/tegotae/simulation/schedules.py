@@ -12,7 +12,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol, Self
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import jax
 import jax.numpy as jnp
@@ -23,6 +23,7 @@ from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.parameters import traceable
 
 
+@runtime_checkable
 class Clock(Protocol):
     """Time of a run, as schedules read it."""
 
@@ -150,7 +151,7 @@ class Schedule(ABC):
         """
 
     @abstractmethod
-    def neutral(self, nominal: LaneNumbers) -> Self:
+    def neutral(self, nominal: LaneNumbers) -> Schedule:
         """Return a schedule of this class that keeps the nominal value."""
 
     @property
@@ -169,7 +170,7 @@ class Schedule(ABC):
         fields = dataclasses.fields(self)  # type: ignore[arg-type]
         return {field.name: getattr(self, field.name) for field in fields}
 
-    def mapped(self, function: Callable[[LaneNumbers], LaneNumbers]) -> Self:
+    def mapped(self, function: Callable[[LaneNumbers], LaneNumbers]) -> Schedule:
         """Return the schedule with a function applied to each entry."""
         return type(self)(**{name: function(x) for name, x in self.entries.items()})
 
