@@ -339,7 +339,7 @@ def test_a_simulation_writes_its_footfalls_lags_and_an_animation(tmp_path, capsy
     [
         (["simulate", "bar-lihgt"], "no model or system is called 'bar-lihgt'; did you mean bar-"),
         (["simulate", "bar-light", "--phases", "0.1"], "1 phases are given; this body has 2 legs"),
-        (["simulate", "bar-light", "--mas", "1"], "did you mean mass_kg"),
+        (["simulate", "bar-light", "--mas", "1"], "did you mean --mass-kg"),
         (
             ["simulate", "bar-light", "--duration-s", "0.04"],
             "a gait takes 8 frames at least (0.16 s)",

@@ -131,7 +131,7 @@ def test_the_figures_and_gaits_of_a_page_are_of_bodies_with_as_many_legs_as_they
 
 
 def test_a_command_with_an_option_that_does_not_exist_is_not_understood():
-    with pytest.raises(TegotaeError, match="no_such_option"):
+    with pytest.raises(TegotaeError, match="--no-such-option"):
         parsed(["train", "ART", "--no-such-option"]).parsed()
 
 
