@@ -1,10 +1,17 @@
 """Contrasts: all that is compared is chosen on one half of the releases and judged on the other."""
 
+import itertools
+
 import numpy as np
 import pandas as pd
 import pytest
 
-from research.reproduction.learning.contrasts import comparisons, contrast_rows, contrast_table
+from research.reproduction.learning.contrasts import (
+    best_of,
+    comparisons,
+    contrast_rows,
+    contrast_table,
+)
 
 OMEGAS = (4.0, 8.0)
 
@@ -60,6 +67,27 @@ def test_a_short_law_is_chosen_among_all_laws_and_runs(runs):
     np.testing.assert_allclose(found["best short law − best V"].differences, [[0.2, 0.2]])
     over_law = found["learned, chosen run − best short law"]
     np.testing.assert_allclose(over_law.differences, [[-0.1, -0.1], [0.2, 0.2]])
+
+
+def test_the_best_design_is_chosen_by_the_mean_of_its_runs(runs):
+    design = comparisons(runs)["learned, best design, mean of runs − best V"]
+    np.testing.assert_allclose(design.differences, [[-0.1, -0.1]])  # AR, 0.35 where it is chosen
+
+
+def test_the_best_of_so_many_runs_is_the_mean_over_all_draws(runs):
+    laws = runs[runs.architecture == "law"]
+    at_four = laws[laws.omega_t == 4.0]
+    for number in (1, 2, 3, 4):
+        draws = [
+            at_four.loc[list(draw)].nlargest(1, "merit_chosen").merit_judged.item()
+            for draw in itertools.combinations(at_four.index, number)
+        ]
+        assert best_of(laws, "merit", number)[4.0].item() == pytest.approx(np.mean(draws))
+
+
+def test_both_sides_of_an_equal_choice_have_as_many_runs(runs):
+    equal = comparisons(runs)["learned − short laws, best of 15 runs"]
+    np.testing.assert_allclose(equal.differences, [[-0.1, -0.1]])  # of all: 0.5 against 0.6
 
 
 def test_locked_episodes_are_compared_by_their_own_merits(runs):

@@ -10,6 +10,10 @@ The plan, fixed before the runs of other definitions of work and before episodes
 - The base is the best V at an ω_t: one searched gain with one of three drives.
 - Learned feedback is AR, ARG, ART and ARGT on [F_k], each with three drives: twelve designs. The
   mean of the runs is what one training gives on average; the chosen run is what 15 give.
+- Choices differ in size: V has three drives, a design fifteen runs, and the laws ninety in all. So
+  rows with equal choices stand beside: the best design by the mean of its runs, and the best of 15
+  and of 90 runs of learned feedback and of laws alike. They were added after the other rows had
+  been seen.
 - The 95 % interval is Student's, with designs and ω_t as crossed random effects (`crossed` in
   `claims/random_effects.py`); runs enter it through the mean or the choice of each design. A
   comparison that is chosen among laws has one value at each ω_t, and its interval is over these.
@@ -19,6 +23,7 @@ The rows are the same for each body and each definition of work.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
@@ -34,6 +39,8 @@ CHOSEN, EVALUATED = "chosen", "judged"
 """Halves of the releases: columns `merit_chosen` and `merit_judged`, likewise `locked_…`."""
 EPISODES = {"all": "merit", "locked to ω": "locked"}
 """Outcomes by the episodes that count."""
+EQUAL_CHOICES = (15, 90)
+"""Numbers of runs among which both sides choose."""
 DESIGN = ["architecture", "drive"]
 
 
@@ -62,6 +69,29 @@ def merits(runs: pd.DataFrame, outcome: str, by: list[str]) -> pd.DataFrame:
     return runs.pivot_table(f"{outcome}_{EVALUATED}", by, "omega_t", aggfunc="mean")
 
 
+def best_of(runs: pd.DataFrame, outcome: str, number: int) -> pd.DataFrame:
+    """Return the expected merit of the best of so many runs, drawn without replacement at each ω_t.
+
+    Of N runs in the order of the choice, the k-th (from 0) is the best of n drawn ones with
+    probability C(N-k-1, n-1) / C(N, n).
+
+    Args:
+        runs: rows of the runs to draw from.
+        outcome: as of `comparisons`.
+        number: number n of runs.
+
+    Returns:
+        One row, and one column per ω_t.
+    """
+    expected = {}
+    for omega, rows in runs.groupby("omega_t"):
+        order = rows.sort_values(f"{outcome}_{CHOSEN}", ascending=False, kind="stable")
+        values, n = order[f"{outcome}_{EVALUATED}"].to_numpy(), min(number, len(order))
+        ways = [math.comb(len(values) - k - 1, n - 1) for k in range(len(values))]
+        expected[omega] = float(np.array(ways) / math.comb(len(values), n) @ values)
+    return pd.DataFrame([expected])
+
+
 def comparisons(runs: pd.DataFrame, outcome: str = "merit") -> dict[str, Comparison]:
     """Compare the controllers of one body.
 
@@ -82,14 +112,25 @@ def comparisons(runs: pd.DataFrame, outcome: str = "merit") -> dict[str, Compari
     def best_of_design(rows: pd.DataFrame) -> pd.DataFrame:
         return merits(chosen(rows, outcome, [*DESIGN, "omega_t"]), outcome, DESIGN)
 
+    by_design = learned.groupby([*DESIGN, "omega_t", "senses"], as_index=False).mean(
+        numeric_only=True
+    )
     vanilla = best(where(on_force, on_force.architecture == "V"))
     law, clock = best(laws), best(where(laws, laws.drive == "clock"))
     pairs: dict[str, tuple[pd.DataFrame, pd.DataFrame]] = {
         "learned, mean of runs − best V": (merits(learned, outcome, DESIGN), vanilla),
+        "learned, best design, mean of runs − best V": (best(by_design), vanilla),
         "learned, chosen run − best V": (best_of_design(learned), vanilla),
         "best short law − best V": (law, vanilla),
         "clock − best V": (clock, vanilla),
         "learned, chosen run − best short law": (best_of_design(learned), law),
+        **{
+            f"learned − short laws, best of {n} runs": (
+                best_of(learned, outcome, n),
+                best_of(laws, outcome, n),
+            )
+            for n in EQUAL_CHOICES
+        },
     }
     return {name: _difference(*pair) for name, pair in pairs.items()}
 
