@@ -210,7 +210,11 @@ class LoadedController:
         return ControllersUnderTest.from_runs(self.runs, starts)
 
     def on(self, body: Body) -> Self:
-        """Return the same controllers on another body."""
+        """Return the same controllers on another body.
+
+        Args:
+            body: the other body.
+        """
         return dataclasses.replace(self, runs=replace(self.runs, {"body": body}))
 
     @property
@@ -247,6 +251,9 @@ class LoadedController:
 
     def weights_at(self, sigma: float | None) -> np.ndarray:
         """Return the weights of the one controller, with another gain if it is vanilla.
+
+        Args:
+            sigma: gain σ [rad/(s N)]; None for the controller's own.
 
         Raises:
             TegotaeError: for a gain of any other.

@@ -167,7 +167,12 @@ class Controller(Part):
         return slices
 
     def of_part(self, role: str, weights: Weights) -> PartWeights:
-        """Return the weights of one part of a unit, from those of the whole unit."""
+        """Return the weights of one part of a unit.
+
+        Args:
+            role: part by its role: "action", "reaction", "gain", "actuation" or "oscillator".
+            weights: weights of the unit; their first axis is that of the weights.
+        """
         return weights[self.layout[role]]
 
     @property
@@ -209,7 +214,11 @@ class Controller(Part):
         return self.sets * self.unit_weights + between
 
     def initial(self, key: jax.Array) -> WeightVector:
-        """Return random weights to start training from, shape [n_weights]."""
+        """Return random weights to start training from, shape [n_weights].
+
+        Args:
+            key: key of JAX's random numbers.
+        """
         if self.sets == 1 and self.coupling is None:
             return self._initial_unit(key)
         unit_key, between = jax.random.split(key)
@@ -239,8 +248,13 @@ class Controller(Part):
         return (*units, *(weights[i] for i in range(self.sets * n, self.n_weights)))
 
     def feedback(self, weights: Weights, signals: Signals) -> PerLimb:
-        """Return the Tegotae feedback `f = G · A′ · R` [rad/s] (equation 4); zero without
-        Tegotae terms.
+        """Return the Tegotae feedback `f = G · A′ · R` [rad/s] (equation 4), per limb.
+
+        It is zero without Tegotae terms.
+
+        Args:
+            weights: weights of a unit; their first axis is that of the weights.
+            signals: phases and senses, per limb.
         """
         if self.tegotae is None:
             return jnp.zeros_like(next(iter(signals.values.values())))
@@ -251,13 +265,23 @@ class Controller(Part):
         return self.tegotae.feedback(action, reaction, gain)
 
     def command(self, weights: Weights, signals: Signals, max_force_n: Number) -> PerCommand:
-        """Compute the actuator command: a force [N] is clipped to [0, α], except for its phase
-        sector."""
+        """Compute the actuator command, per limb: a force [N] is clipped to [0, α].
+
+        Args:
+            weights: weights of a unit; their first axis is that of the weights.
+            signals: phases, senses and feedback, per limb.
+            max_force_n: largest force α [N].
+        """
         command = self.actuation(self.of_part("actuation", weights), signals)
         return self.bounded(command, max_force_n)
 
     def bounded(self, command: PerCommand, max_force_n: Number) -> PerCommand:
-        """A command as the actuator takes it: a force [N] is clipped to [0, α]."""
+        """Return a command as the actuator takes it: a force [N] is clipped to [0, α].
+
+        Args:
+            command: command, per limb.
+            max_force_n: largest force α [N].
+        """
         if self.actuation.commands_force:
             command = jnp.clip(command, 0.0, max_force_n)
         return command
@@ -270,7 +294,15 @@ class Controller(Part):
         feedback: PerLimb,
         signals: Signals,
     ) -> StateTree:
-        """Time derivative of the oscillators' state: driven by feedback and coupling."""
+        """Return the time derivative of the oscillators' state.
+
+        Args:
+            weights: weights of all units; their first axis is that of the weights.
+            oscillator: state of the oscillators, per limb.
+            omega: frequency ω [rad/s], per limb.
+            feedback: Tegotae feedback [rad/s], per limb; the coupling adds to it.
+            signals: phases and senses, per limb.
+        """
         if self.oscillator is None:
             return ()
         if self.coupling is not None:

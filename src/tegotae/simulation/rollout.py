@@ -66,6 +66,9 @@ class Rollout:
     def recorder(self, body: Body) -> Recorder:
         """Return the channels recorded on this body: those that the summary needs, else all.
 
+        Args:
+            body: the body.
+
         Raises:
             TegotaeError: if the summary needs an undeclared channel.
         """

@@ -172,6 +172,9 @@ class System:
     def on(self, body: Body) -> System:
         """Return the system on another body, released at the same height above leg contact.
 
+        Args:
+            body: the other body.
+
         Raises:
             TegotaeError: for a body that does not go with the rest, or cannot hop from there.
         """
@@ -180,15 +183,23 @@ class System:
         return replace(self, {"body": body, "height_m": height_m})
 
     def height_on(self, body: Body) -> float:
-        """Return the height that releases another body equally high above leg contact [m]."""
+        """Return the height that releases another body equally high above leg contact [m].
+
+        Args:
+            body: the other body.
+        """
         higher = float(body.touching_height_m) - float(self.mechanics.touching_height_m)
         return self.release.height_m + higher
 
     def period_s(self, usual_s: float) -> float:
         """Return the control period of a task that usually takes another one [s].
 
-        In continuous time it is a matter of accuracy, and the question's own. What is held over it,
-        or advances in a way of its own, keeps its own: it would be another system.
+        In continuous time the period is a matter of accuracy, and the task sets it. A controller
+        that is held over its period, or another integrator, would be another system with another
+        period, and keeps its own.
+
+        Args:
+            usual_s: control period of the task [s].
         """
         return usual_s if self.integrator == PredictorCorrector() else self.timing.tick_s
 
@@ -230,11 +241,20 @@ class System:
         return Timing(duration_s=duration_s, tick_s=tick_s, frame_s=frame_s)
 
     def scenario(self, **entries: LaneNumbers) -> Scenario:
-        """Return the scenario of one lane's episode; `entries` override its values."""
+        """Return the scenario of one lane's episode.
+
+        Args:
+            entries: entries of `Scenario` that override the release's, such as `drop_m=0.1`.
+        """
         return self.release.scenario(self.omega, **entries)
 
     def rollout(self, summary: Summary = whole_trajectory, timing: Timing | None = None) -> Rollout:
-        """Return the rollout that simulates it, with its own timing unless another is given."""
+        """Return the rollout that simulates the system.
+
+        Args:
+            summary: summary of each lane; the whole trajectory by default.
+            timing: duration and periods; the system's own by default.
+        """
         return Rollout(
             controller=self.controller,
             integrator=self.integrator,
@@ -298,6 +318,9 @@ class OnSystem:
 
     def on(self, body: Body) -> Self:
         """Return this setup on another body, released at the same height above leg contact.
+
+        Args:
+            body: the other body.
 
         Raises:
             TegotaeError: for a body that does not go with the rest, or cannot hop from there.

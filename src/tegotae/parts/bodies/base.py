@@ -125,10 +125,24 @@ class Body(Part, ABC):
         return tuple(inspect.signature(self.release).parameters)[2:]
 
     def check_tick(self, tick_s: float) -> None:
-        """Raise `TegotaeError` if this control period [s] is too long for the body."""
+        """Check that a control period suits the body.
+
+        Args:
+            tick_s: control period [s].
+
+        Raises:
+            TegotaeError: for one that is too long.
+        """
 
     def check_release(self, height_m: float) -> None:
-        """Raise `TegotaeError` if, released at rest from this height [m], it can never hop."""
+        """Check that the body can hop after a release at rest.
+
+        Args:
+            height_m: height of the release [m].
+
+        Raises:
+            TegotaeError: for a height from which it never can.
+        """
 
     @abstractmethod
     def release(self, height_m: PerLane, velocity_m_per_s: PerLane) -> StateTree:
@@ -136,34 +150,66 @@ class Body(Part, ABC):
 
         A body that needs more to be released takes it by further names, each with a default
         (`Scenario.initial_pose`).
+
+        Args:
+            height_m: height of the centre of mass [m], [lanes].
+            velocity_m_per_s: its upward velocity [m/s], [lanes].
         """
 
     def commanded(self, state: StateTree, command: PerCommand) -> StateTree:
-        """Return the state at release once the first command is known: where feet are placed."""
+        """Return the state at release once the first command is known: where feet are placed.
+
+        Args:
+            state: state at release.
+            command: first command of the limbs, in the units of `COMMANDS`.
+        """
         return state
 
     @abstractmethod
     def sense(self, state: StateTree, ground_m: PerLane) -> Sensation:
-        """Return the sensor readings in `state`, with the ground at height `ground_m` [m]."""
+        """Return the readings of the sensors.
+
+        Args:
+            state: state of the body.
+            ground_m: height of the ground [m], [lanes].
+        """
 
     @abstractmethod
     def predict(
         self, state: StateTree, force_n: PerLimb, ground_m: PerLane, tick_s: Scalar
     ) -> tuple[StateTree, PerLimb, PerLimb]:
-        """Predict the state one tick on under a held force [N], with errors of second order.
+        """Predict the state one tick on under a held force, with errors of second order.
 
-        With it, from where to where in the tick (0 ... 1) the body is in stance; the same value
-        twice if never.
+        Args:
+            state: state of the body.
+            force_n: force of the actuators [N], per limb.
+            ground_m: height of the ground [m], [lanes].
+            tick_s: control period [s].
+
+        Returns:
+            The state, and the parts of the tick (0 … 1) at which stance begins and ends; the same
+            value twice without stance.
         """
 
     @abstractmethod
     def advance(
         self, state: StateTree, push: Push, ground_m: PerLane, tick_s: Scalar
     ) -> tuple[StateTree, Contact]:
-        """Return the state one tick on under the actuator's push, and the contacts on the way."""
+        """Return the state one tick on under the actuator's push, and the contacts on the way.
+
+        Args:
+            state: state of the body.
+            push: command of the actuators over the tick.
+            ground_m: height of the ground [m], [lanes].
+            tick_s: control period [s].
+        """
 
     def apply_impulse(self, state: StateTree, impulse_ns: PerLane) -> StateTree:
-        """Return the state after a vertical blow on the centre of mass, upwards [N s], [lanes].
+        """Return the state after a vertical blow on the centre of mass.
+
+        Args:
+            state: state of the body.
+            impulse_ns: impulse of the blow, upwards [N s], [lanes].
 
         Raises:
             TegotaeError: for a body that does not say what a blow does to it.
@@ -175,19 +221,40 @@ class Body(Part, ABC):
 
     @abstractmethod
     def failed(self, state: StateTree, ground_m: PerLane) -> MaskPerLane:
-        """Return True where the body can no longer move on (such as a leg of no length)."""
+        """Return True where the body can no longer move on (such as a leg of no length), [lanes].
+
+        Args:
+            state: state of the body.
+            ground_m: height of the ground [m], [lanes].
+        """
 
     @abstractmethod
     def height(self, state: StateTree) -> PerLane:
-        """Return the height of the centre of mass [m]."""
+        """Return the height of the centre of mass [m], [lanes].
+
+        Args:
+            state: state of the body.
+        """
 
     @abstractmethod
     def velocity(self, state: StateTree) -> PerLane:
-        """Return the vertical velocity of the centre of mass [m/s]."""
+        """Return the vertical velocity of the centre of mass [m/s], [lanes].
+
+        Args:
+            state: state of the body.
+        """
 
     @abstractmethod
     def energy(self, state: StateTree, ground_m: PerLane) -> PerLane:
-        """Return the mechanical energy, kinetic + potential (height above zero) + elastic [J]."""
+        """Return the mechanical energy, kinetic + potential (height above zero) + elastic [J].
+
+        Args:
+            state: state of the body.
+            ground_m: height of the ground [m], [lanes].
+
+        Returns:
+            The energy, [lanes].
+        """
 
 
 def for_limbs(of_body: T) -> T:

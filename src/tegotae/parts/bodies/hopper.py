@@ -107,6 +107,9 @@ class Hopper(Body):
 
         A subclass may override it, with operators and functions of `jax.numpy`. The force must be 0
         at a depth of 0, and increase.
+
+        Args:
+            depth: compression of the leg [m], a number or an array.
         """
         return self.stiffness_n_per_m * depth
 
@@ -127,7 +130,11 @@ class Hopper(Body):
         return float(self.spring(self.rest_length_m))
 
     def depth(self, spring_n: Any) -> Any:
-        """Return the depth [m] at which the spring has a force [N]."""
+        """Return the depth [m] at which the spring has a force.
+
+        Args:
+            spring_n: force of the spring [N], a number or an array.
+        """
         if self.is_linear:
             return spring_n / self.stiffness_n_per_m
         depth_m = self.rest_length_m * jnp.linspace(0.0, 1.0, _DEPTHS)
@@ -355,11 +362,9 @@ class Hopper(Body):
         return state.height - ground_m <= 0.0
 
     def height(self, state: HopperState) -> jax.Array:
-        """Return the height of the mass y [m]."""
         return state.height
 
     def velocity(self, state: HopperState) -> jax.Array:
-        """Return the velocity of the mass ẏ [m/s]."""
         return state.velocity
 
     def energy(self, state: HopperState, ground_m: jax.Array) -> jax.Array:

@@ -315,11 +315,9 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         return tilts | (z - self.terrain.height_m(x, y) - ground_m < low)
 
     def height(self, state: WalkerState) -> jax.Array:
-        """Return the height of the centre of mass [m]."""
         return state.position[2]
 
     def velocity(self, state: WalkerState) -> jax.Array:
-        """Return the vertical velocity [m/s]."""
         return state.velocity[2]
 
     def energy(self, state: WalkerState, ground_m: jax.Array) -> jax.Array:
