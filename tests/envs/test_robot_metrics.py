@@ -62,7 +62,8 @@ def test_evaluate_computes_the_metrics_that_are_named(open_loop):
 def test_a_metric_of_other_bodies_is_refused(open_loop):
     with pytest.raises(TegotaeError, match="first_apex_m is a metric of hopping; here is robots"):
         open_loop.evaluate(metric=["own_metrics:first_apex_m"])
-    with pytest.raises(TegotaeError, match="no metric is called 'lastet'; did you mean lasted"):
+    nearest = "no metric of robots is called 'lastet'; did you mean lasted"
+    with pytest.raises(TegotaeError, match=nearest):
         open_loop.evaluate(metric=["lastet"])
 
 

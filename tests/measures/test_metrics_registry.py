@@ -122,7 +122,7 @@ def test_the_command_line_takes_a_users_metric_from_its_file(monkeypatch, capsys
 @pytest.mark.parametrize(
     ("requested", "says"),
     [
-        ("cot_invers", "no metric is called 'cot_invers'; did you mean cot_inverse"),
+        ("cot_invers", "no metric of hopping is called 'cot_invers'; did you mean cot_inverse"),
         ("no_such_file.py:metric", "there is no file no_such_file.py"),
         ("peak_force:nothing", "no object of peak_force is called"),
         ("peak_force:_peak_force", "is no metric"),
@@ -145,12 +145,12 @@ def test_names_of_the_package_and_of_other_files_are_taken(registered):
 
 
 def test_a_metric_derived_from_what_is_not_there_is_refused():
-    with pytest.raises(TegotaeError, match="no metric is called 'peak_force_n'"):
+    with pytest.raises(TegotaeError, match="no metric of hopping is called 'peak_force_n'"):
         register(IN_WEIGHTS)
 
 
 def test_a_metric_that_is_not_registered_is_not_evaluated():
-    with pytest.raises(TegotaeError, match="no metric is called 'peak_force_n'"):
+    with pytest.raises(TegotaeError, match="no metric of hopping is called 'peak_force_n'"):
         evaluate(recipe("V-reflex-w8").controller(), [[2.0]], 8.0, metrics=[PEAK])
 
 
@@ -228,5 +228,5 @@ def test_the_check_refuses_what_is_no_metric():
         of=("t0",),
         compute=lambda values, conditions: values["t0"] / 2.0,
     )
-    with pytest.raises(TegotaeError, match="no metric is called 't0'; did you mean"):
+    with pytest.raises(TegotaeError, match="no metric of hopping is called 't0'; did you mean"):
         check(wrong)

@@ -244,7 +244,7 @@ def require_evaluable(controller: Controller, body: Body, protocol: Protocol) ->
     """Raise `TegotaeError` if a controller on a body cannot be evaluated: before long work starts.
 
     That is: if they do not go together, the control period is too long for the body or no part of
-    20 ms, the body has several limbs, for whose gaits there are no metrics, or a body of a user's
+    20 ms, the body has several limbs, whose gaits have metrics of their own, or a body of a user's
     own climbs without work (`check_passive`).
 
     Args:

@@ -160,7 +160,7 @@ class Catalogue:
         for metric in self.metrics():
             if metric.name == name:
                 return metric
-        raise unknown("metric", name, self.names())
+        raise unknown(f"metric of {self.kind}", name, self.names())
 
     def select(self, requested: Iterable[str | Metric] | None = None) -> tuple[Metric, ...]:
         """Return the requested metrics in the order of all; every one by default.
