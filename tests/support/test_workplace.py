@@ -29,13 +29,13 @@ from tegotae.training.run import Run, train
 HELD = {
     "a training": "run.json",
     "a study": "study.json",
-    "what controllers generalise to": "records/a.trial.npz",
+    "a test of robustness": "records/a.trial.npz",
     "a map of gaits": "records/a.map.npz",
 }
 WORDS = {
     "a training": ["train", "AR", "--out"],
     "a study": ["reproduction", "run", "--scale", "smoke", "--dir"],
-    "what controllers generalise to": ["robustness", "V-sector-w8", "--out"],
+    "a test of robustness": ["robustness", "V-sector-w8", "--out"],
     "a map of gaits": [
         *("gait", "map", "bar-light", "--x", "sigma", "1", "2", "--y", "omega", "6", "8", "--out")
     ],
@@ -110,7 +110,7 @@ def test_so_do_a_study_and_what_controllers_generalise_to(tmp_path):
     with folder.claimed(plan("smoke", "ART-*"), restart=True):
         assert list(folder.document["experiments"]) == ["ART-rF-tphif-w8"]
     assert "V-sector-w8" in Folder(tmp_path / "study.earlier1").document["experiments"]
-    tried = held(tmp_path / "tried", "what controllers generalise to")
+    tried = held(tmp_path / "tried", "a test of robustness")
     with alone(tried, GENERALISATION, restart=True):
         assert not (tried / "records").exists()
     assert (tmp_path / "tried.earlier1" / "records" / "a.trial.npz").exists()

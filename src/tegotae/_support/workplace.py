@@ -83,7 +83,7 @@ STUDY = WorkKind(
     ("study.json", "records", "damaged", "report.html"),
 )
 GENERALISATION = WorkKind(
-    "what controllers generalise to",
+    "a test of robustness",
     ("records/*.trial.npz",),
     ("records", "margins.csv", "left_out.csv", "curves.*"),
 )

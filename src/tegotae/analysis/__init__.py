@@ -1,1 +1,1 @@
-"""Questions asked of a controller, or of many: limit cycles, basins, gaits, generalisation."""
+"""Analyses of one controller, or of many: limit cycles, basins, gaits, robustness."""

@@ -465,9 +465,9 @@ class Arc:
     """An interval of phases.
 
     Args:
-        start_rad: where it begins, in [0, 2π).
-        width_rad: how wide it is.
-        share: of the moments in question that lie in it.
+        start_rad: angle at which it begins, in [0, 2π).
+        width_rad: width.
+        share: share of the selected moments that lie in it.
     """
 
     start_rad: float

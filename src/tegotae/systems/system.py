@@ -110,7 +110,7 @@ class System:
     `tegotae.parts.fields.replace` changes its fields and those of its release.
 
     Args:
-        controller: the structure; its weights are given with the question.
+        controller: the structure; its weights are passed beside the system.
         body: the body; of limbs that are moved elsewhere, by another simulator or a robot, their
             interface.
         omega: prescribed frequency ω [rad/s]; None without an oscillator.

@@ -1,1 +1,1 @@
-"""Questions about robots, their options and their answers, for Python and the shell alike."""
+"""Functions for robots, with their options and results, for Python and the command line."""
