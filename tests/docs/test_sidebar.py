@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from pages import DOCS
+from places import ROOT
 from research_pages import source_of
 
 MOST = 7
@@ -64,8 +65,9 @@ def test_a_study_begins_with_its_readers_and_its_result(page):
 
 def test_tables_have_at_most_eight_columns():
     wide = [
-        f"{page.relative_to(DOCS)}: {row}"
-        for page in DOCS.rglob("*.md")
+        f"{page.relative_to(ROOT)}: {row}"
+        for place in (DOCS, ROOT / "research")
+        for page in place.rglob("*.md")
         for row in re.findall(r"^\|(?: ?:?-+:? ?\|){9,}$", page.read_text(encoding="utf-8"), re.M)
     ]
     assert wide == []

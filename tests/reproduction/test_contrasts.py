@@ -103,4 +103,7 @@ def test_the_table_has_a_row_a_body_comparison_and_kind_of_episodes(runs):
     assert row["all"].tolist() == pytest.approx([0.2, 0.2])
     assert (row.low < 0.2).all()
     assert (row.high > 0.2).all()
-    assert "| study | all | clock − best V | -0.10 | -0.10 | -0.100" in contrast_table(rows)
+    table = contrast_table(rows)
+    assert "| study | all | clock − best V | -0.100 [" in table
+    assert "| study, all episodes | 4 | 8 |" in table
+    assert "| clock − best V | -0.10 | -0.10 |" in table

@@ -24,7 +24,7 @@ The rows are the same for each body and each definition of work.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -37,7 +37,7 @@ from research.reproduction.report.markdown import markdown_table
 
 CHOSEN, EVALUATED = "chosen", "judged"
 """Halves of the releases: columns `merit_chosen` and `merit_judged`, likewise `locked_…`."""
-EPISODES = {"all": "merit", "locked to ω": "locked"}
+EPISODES = {"all": "merit", "locked": "locked"}
 """Outcomes by the episodes that count."""
 EQUAL_CHOICES = (15, 90)
 """Numbers of runs among which both sides choose."""
@@ -170,12 +170,17 @@ def contrast_rows(bodies: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
 
 
 def contrast_table(rows: pd.DataFrame) -> str:
-    """Return the rows in Markdown."""
+    """Return the rows in Markdown: over all ω_t, then by ω_t for each body and kind of episodes."""
     texts = ["body", "episodes", "comparison"]
     omegas = [name for name in rows if name not in (*texts, "all", "low", "high")]
-    signed: Callable[[float], str] = "{:+.2f}".format
-    lines = [[*texts, *omegas, "all ω_t [95 % interval]"]]
+    overall = [[*texts, "mean over ω_t [95 % interval]"]]
     for row in rows.to_dict("records"):
         interval = f"{row['all']:+.3f} [{row['low']:+.3f}, {row['high']:+.3f}]"
-        lines.append([*(row[x] for x in texts), *(signed(row[x]) for x in omegas), interval])
-    return markdown_table(lines)
+        overall.append([*(row[x] for x in texts), interval])
+    tables = [overall]
+    for (body, episodes), group in rows.groupby(texts[:2], sort=False):
+        by_omega = [[f"{body}, {episodes} episodes", *omegas]]
+        for row in group.to_dict("records"):
+            by_omega.append([row["comparison"], *(f"{row[x]:+.2f}" for x in omegas)])
+        tables.append(by_omega)
+    return "\n".join(map(markdown_table, tables))
