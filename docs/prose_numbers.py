@@ -302,8 +302,12 @@ def of_calibrated_optimum(kind: str) -> np.ndarray:
 
 
 def contrast(body: str, comparison: str) -> tuple[float, float, float]:
-    """An equal comparison over all training frequencies [m/J], with its 95 % interval."""
-    kept = rows("learning/contrasts", body=body, comparison=comparison, episodes="all")
+    """An equal comparison over all training frequencies [m/J], with its 95 % interval.
+
+    A body such as "study-80s" is one whose evaluation was changed.
+    """
+    table_name = "learning/contrasts-window" if "-" in body else "learning/contrasts"
+    kept = rows(table_name, body=body, comparison=comparison, episodes="all")
     return kept["all"].item(), kept.low.item(), kept.high.item()
 
 

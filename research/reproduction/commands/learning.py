@@ -113,7 +113,9 @@ class StudyContrasts:
     sources: Annotated[tuple[Path, ...], POSITIONAL]
     """Tables of `python -m research.reproduction learning`, one a body, called as its file."""
     out: Path | None = None
-    """Folder for contrasts.csv and contrasts.md."""
+    """Folder for NAME.csv and NAME.md."""
+    name: str = "contrasts"
+    """Name of these files."""
 
     def run(self) -> None:
         """Compute, print, and write if asked to."""
@@ -125,8 +127,8 @@ class StudyContrasts:
         if self.out is not None:
             output_folder(self.out)
             text = tables.csv_text({name: rows[name].tolist() for name in rows}, digits=5)
-            write_atomically(self.out / "contrasts.csv", text)
-            write_atomically(self.out / "contrasts.md", table)
+            write_atomically(self.out / f"{self.name}.csv", text)
+            write_atomically(self.out / f"{self.name}.md", table)
         print(table)
 
 
