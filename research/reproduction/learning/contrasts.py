@@ -112,9 +112,8 @@ def comparisons(runs: pd.DataFrame, outcome: str = "merit") -> dict[str, Compari
     def best_of_design(rows: pd.DataFrame) -> pd.DataFrame:
         return merits(chosen(rows, outcome, [*DESIGN, "omega_t"]), outcome, DESIGN)
 
-    by_design = learned.groupby([*DESIGN, "omega_t", "senses"], as_index=False).mean(
-        numeric_only=True
-    )
+    keys = [*DESIGN, "omega_t", "senses"]
+    by_design = pd.DataFrame(learned.groupby(keys, as_index=False).mean(numeric_only=True))
     vanilla = best(where(on_force, on_force.architecture == "V"))
     law, clock = best(laws), best(where(laws, laws.drive == "clock"))
     pairs: dict[str, tuple[pd.DataFrame, pd.DataFrame]] = {
@@ -178,8 +177,8 @@ def contrast_table(rows: pd.DataFrame) -> str:
         interval = f"{row['all']:+.3f} [{row['low']:+.3f}, {row['high']:+.3f}]"
         overall.append([*(row[x] for x in texts), interval])
     tables = [overall]
-    for (body, episodes), group in rows.groupby(texts[:2], sort=False):
-        by_omega = [[f"{body}, {episodes} episodes", *omegas]]
+    for kind, group in rows.groupby(rows["body"] + ", " + rows["episodes"], sort=False):
+        by_omega = [[f"{kind} episodes", *omegas]]
         for row in group.to_dict("records"):
             by_omega.append([row["comparison"], *(f"{row[x]:+.2f}" for x in omegas)])
         tables.append(by_omega)
