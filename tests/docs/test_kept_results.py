@@ -150,7 +150,8 @@ def test_effects_in_prose_are_those_of_the_tables(effects):
         for estimate in finding.by_count.values()
     }
     text = CLAIMS.read_text(encoding="utf-8")
-    quoted = re.findall(r"[+-]\d+\.\d\d \[-?\d+\.\d\d, -?\d+\.\d\d\]", text)
+    # Contrasts are of another table, which test_prose_numbers compares by their keys.
+    quoted = re.findall(r"[+-]\d+\.\d\d \[-?\d+\.\d\d, -?\d+\.\d\d\](?!<!-- = contrast)", text)
     assert len(quoted) >= 10
     assert set(quoted) - intervals == set()
 

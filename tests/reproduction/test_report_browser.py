@@ -185,7 +185,7 @@ def test_every_claim_stands_in_the_papers_words_the_headline_first(page) -> None
     headline = [claim.name for claim in ATOMIC_CLAIMS if claim.headline]
     measured = [name for name in headline if any(name in row for row in rows)]
     assert all(name in row for name, row in zip(measured, rows, strict=False))
-    for script in ("figure3.py", "gain-map", "parameter_limit.py"):
+    for script in ("experiments.figure3", "gain-map", "experiments.parameter_limit"):
         assert message.count(script) == 1
 
 
