@@ -107,3 +107,17 @@ def test_the_table_has_a_row_a_body_comparison_and_kind_of_episodes(runs):
     assert "| study | all | clock − best V | -0.100 [" in table
     assert "| study, all episodes | 4 | 8 |" in table
     assert "| clock − best V | -0.10 | -0.10 |" in table
+
+
+def test_searched_laws_are_chosen_like_runs_and_stand_beside_v_and_learned_feedback(runs):
+    searched = pd.DataFrame(
+        [
+            *runs_of("law by DE", "load", [(0.8, 0.7)]),
+            *runs_of("law by DE", "clock", [(0.2, 0.9)]),  # not chosen: worse on the first half
+        ]
+    )
+    rows = comparisons(pd.concat([runs, searched]))
+    np.testing.assert_allclose(rows["best law by DE − best V"].differences, [[0.3, 0.3]])
+    mean = rows["learned, mean of runs − best law by DE"].differences
+    np.testing.assert_allclose(mean, [[-0.4, -0.4], [0.2, 0.2]])
+    assert not any("CMA-ES" in name for name in rows), "none was given"

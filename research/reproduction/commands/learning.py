@@ -59,20 +59,35 @@ class StudyLearning(_OfStudy):
     """Duration of an episode [s]; by default that of the study's evaluation."""
     tick: float | None = None
     """Control period [s], likewise."""
+    searched: bool = False
+    """Search the study's short laws, too, by differential evolution and by CMA-ES."""
 
     def run(self) -> None:
         """Judge what is missing, and write."""
         from research.reproduction.learning.judged import EvaluatedRuns
         from research.reproduction.learning.page import feedback_table
         from research.reproduction.learning.runs import concatenate_runs, run_rows
-        from tegotae.study import Study
+        from research.reproduction.learning.searched import SearchedLaw
+        from tegotae.study import CellResult, Study
+        from tegotae.systems.recipe import recipe
+        from tegotae.systems.term_sets import ShortLaw
 
         records = self.records
         output_folder(self.out)
         cells = [EvaluatedRuns(record, self.undisturbed, self.tick) for record in records]
         study = Study(self.dir / "judged", cells, title="judge", suffix=".judged.npz")
         study.run()
-        results = zip(cells, study.results(), strict=True)
+        results: list[tuple[EvaluatedRuns | SearchedLaw, CellResult]]
+        results = [*zip(cells, study.results(), strict=True)]
+        if self.searched:
+            laws = [
+                SearchedLaw(record.experiment)
+                for record in records
+                if isinstance(recipe(record.model).terms, ShortLaw)
+            ]
+            search = Study(self.dir / "searched", laws, title="search", suffix=".searched.npz")
+            search.run()
+            results += zip(laws, search.results(), strict=True)
         runs = concatenate_runs(run_rows(cell, result.arrays) for cell, result in results)
         self.write(runs, feedback_table(runs))
 

@@ -14,6 +14,11 @@ The plan, fixed before the runs of other definitions of work and before episodes
   rows with equal choices stand beside: the best design by the mean of its runs, and the best of 15
   and of 90 runs of learned feedback and of laws alike. They were added after the other rows had
   been seen.
+- V is searched, and the laws above are trained, which often fails. So laws that are searched stand
+  beside (`research.reproduction.learning.searched`): of six by differential evolution, and of
+  ninety by CMA-ES, the best on the first half of the releases. V's choice is among three. These
+  rows, and those of locked episodes, were planned after the trained laws had been seen, and before
+  any of their own runs.
 - The 95 % interval is Student's, with designs and ω_t as crossed random effects (`crossed` in
   `claims/random_effects.py`); runs enter it through the mean or the choice of each design. A
   comparison that is chosen among laws has one value at each ω_t, and its interval is over these.
@@ -32,7 +37,7 @@ import pandas as pd
 
 from research.reproduction.claims.effects import LEARNED_FEEDBACK
 from research.reproduction.claims.random_effects import crossed
-from research.reproduction.learning.runs import LAW, where
+from research.reproduction.learning.runs import LAW, SEARCHED, where
 from research.reproduction.report.markdown import markdown_table
 
 CHOSEN, EVALUATED = "chosen", "judged"
@@ -123,6 +128,16 @@ def comparisons(runs: pd.DataFrame, outcome: str = "merit") -> dict[str, Compari
         "best short law − best V": (law, vanilla),
         "clock − best V": (clock, vanilla),
         "learned, chosen run − best short law": (best_of_design(learned), law),
+        **{
+            name.format(architecture): pair
+            for architecture in SEARCHED.values()
+            if len(rows := where(on_force, on_force.architecture == architecture))
+            for name, pair in {
+                "best {} − best V": (best(rows), vanilla),
+                "learned, mean of runs − best {}": (merits(learned, outcome, DESIGN), best(rows)),
+                "learned, chosen run − best {}": (best_of_design(learned), best(rows)),
+            }.items()
+        },
         **{
             f"learned − short laws, best of {n} runs": (
                 best_of(learned, outcome, n),

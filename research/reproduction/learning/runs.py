@@ -12,7 +12,7 @@ from research.reproduction.claims.designs import DRIVES
 from research.reproduction.claims.effects import LEARNED_FEEDBACK
 from research.reproduction.hop_rates import rate_slope
 from research.reproduction.learning.judged import VARIANTS, EvaluatedRuns, episode_merits
-from research.reproduction.record import Record
+from research.reproduction.learning.searched import CMA, DE, SearchedLaw
 from research.reproduction.table import design_place
 from tegotae._support import tables
 from tegotae._support.errors import TegotaeError
@@ -30,8 +30,12 @@ _COLUMNS = (*DESIGN, "fitness", "settled", "merit", "merit_chosen", "merit_judge
 _KIND = "table that python -m research.reproduction learning wrote"
 
 
-def run_rows(cell: EvaluatedRuns, arrays: Arrays) -> pd.DataFrame:
-    """Return the runs of a record.
+SEARCHED = {DE: "law by DE", CMA: "law by CMA-ES"}
+"""The architectures of searched laws in this table."""
+
+
+def run_rows(cell: EvaluatedRuns | SearchedLaw, arrays: Arrays) -> pd.DataFrame:
+    """Return the runs of a record, or the laws of a search.
 
     Returns:
         A row a run: `model`, `architecture` (of short laws `LAW`), `senses`, `drive` (what the
@@ -42,22 +46,27 @@ def run_rows(cell: EvaluatedRuns, arrays: Arrays) -> pd.DataFrame:
         `locked_chosen` and `locked_judged`, the same with episodes as 0 whose hop rate is further
         from ω than `LOCKED`; `following`, the slope of the hop rate over ω.
     """
-    record = cell.record
     settled, cot = arrays["limit_cycle_share"].astype(float), arrays["cot_inverse"].astype(float)
     paid = episode_merits(settled, cot)
     merit = paid.mean(axis=(2, 3))
     half = paid.shape[2] // 2
     rates = mean_defined(np.moveaxis(arrays["hop_rate"][0].astype(float), 1, -1))
     runs = merit.shape[1]
-    table = pd.DataFrame({"run": np.arange(runs), "fitness": record.best_fitness[:runs]})
-    for i, (name, value) in enumerate(_design(record).items()):
+    if isinstance(cell, EvaluatedRuns):
+        experiment, fitness = cell.record.experiment, cell.record.best_fitness[:runs]
+    else:
+        experiment, fitness = cell.experiment, arrays["best_fitness"]
+    table = pd.DataFrame({"run": np.arange(runs), "fitness": fitness})
+    for i, (name, value) in enumerate(_design(experiment.name).items()):
         table.insert(i, name, value)
+    if isinstance(cell, SearchedLaw):
+        table["architecture"] = [SEARCHED[DE], *[SEARCHED[CMA]] * (runs - 1)]
     table["settled"] = settled[0].mean(axis=(1, 2))
     cells = np.where(settled[0] == 1.0, cot[0], np.nan).reshape(runs, -1)
     table["cot_inverse"] = mean_defined(cells)
     for variant, values in zip(VARIANTS, merit, strict=True):
         table["merit" if variant == VARIANTS[0] else f"merit_{variant}"] = values
-    omega = record.omega.astype(float)
+    omega = np.array(experiment.omega + np.asarray(experiment.protocol.offsets), float)
     follows = np.abs(arrays["hop_rate"][0].astype(float) - omega) <= LOCKED * omega
     for name, values in (("merit", paid[0]), ("locked", np.where(follows, paid[0], 0.0))):
         table[f"{name}_chosen"] = values[:, :half].mean(axis=(1, 2))
@@ -66,15 +75,15 @@ def run_rows(cell: EvaluatedRuns, arrays: Arrays) -> pd.DataFrame:
     return table
 
 
-def _design(record: Record) -> dict[str, object]:
-    trained = recipe(record.model)
+def _design(name: str) -> dict[str, object]:
+    trained = recipe(name)
     if isinstance(trained.terms, ShortLaw):
-        keys = record.model, LAW, "F", trained.terms.name, trained.omega_t
+        keys = name, LAW, "F", trained.terms.name, trained.omega_t
     else:
         model = design_place(trained)
         drive = DRIVES.get(model["actuation"], "")
         keys = (
-            *(record.model, model["architecture"], model["observation"]),
+            *(name, model["architecture"], model["observation"]),
             *(drive, model["omega_t"]),
         )
     return dict(zip(DESIGN, keys, strict=True))
