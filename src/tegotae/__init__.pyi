@@ -7,6 +7,7 @@ from tegotae.api.controllers import (
     load as load,
     load_all as load_all,
 )
+from tegotae.api.demo import demo as demo
 from tegotae.api.hopping import HopperController as HopperController
 from tegotae.api.listing import list_models as list_models
 from tegotae.api.measuring import measure as measure
