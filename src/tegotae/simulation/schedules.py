@@ -2,7 +2,8 @@
 
 A schedule is one class, and holds wherever time passes: in a compiled rollout, in another
 simulator, and in the checks before a run. It reads the time from a `Clock`. A schedule of your own
-is a frozen dataclass of numbers, marked `traceable`, with `at`, `corners` and `neutral`.
+is a frozen dataclass of numbers, marked `traceable`, with `at` and `corners`; and with `neutral`,
+if it does more than go to a `value`.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol, runtime_checkable
+from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -21,26 +22,6 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.parameters import traceable
-
-
-@runtime_checkable
-class Clock(Protocol):
-    """Time of a run, as schedules read it."""
-
-    xp: ClassVar[Any]
-    """Module of the array functions: `jax.numpy` in a compiled rollout, else `numpy`."""
-
-    def reached(self, time_s: LaneNumbers) -> Any:
-        """Return True where a time [s] has come."""
-        ...
-
-    def since_s(self, time_s: LaneNumbers) -> Any:
-        """Return the time that has passed since another one [s]."""
-        ...
-
-    def periods(self, period_s: LaneNumbers) -> Any:
-        """Return the number of whole periods [s] since the release."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -55,10 +36,11 @@ class TickClock:
     tick: jax.Array
     tick_s: LaneNumbers
 
-    xp: ClassVar = jnp
+    xp: ClassVar[Any] = jnp
+    """Module of the array functions."""
 
     def reached(self, time_s: LaneNumbers) -> jax.Array:
-        """Return True where a time has come."""
+        """Return True where a time [s] has come."""
         # Late times are whole ticks only to within the digits of float32.
         exact = time_s / self.tick_s
         first = jnp.ceil(exact - 1e-3 - 3e-7 * jnp.where(jnp.isfinite(exact), exact, 0.0))
@@ -70,7 +52,7 @@ class TickClock:
         return self.tick.astype(time_s.dtype) * self.tick_s - time_s
 
     def periods(self, period_s: LaneNumbers) -> jax.Array:
-        """Return the number of periods, each rounded to whole ticks."""
+        """Return the number of periods [s] since the release, each rounded to whole ticks."""
         ticks = jnp.round(period_s / self.tick_s)
         return jnp.floor(self.tick.astype(ticks.dtype) / ticks)
 
@@ -85,10 +67,11 @@ class SecondClock:
 
     time_s: LaneNumbers
 
-    xp: ClassVar = np
+    xp: ClassVar[Any] = np
+    """Module of the array functions."""
 
     def reached(self, time_s: LaneNumbers) -> Any:
-        """Return True where a time has come."""
+        """Return True where a time [s] has come."""
         return np.less_equal(time_s, self.time_s)
 
     def since_s(self, time_s: LaneNumbers) -> Any:
@@ -96,8 +79,12 @@ class SecondClock:
         return np.subtract(self.time_s, time_s)
 
     def periods(self, period_s: LaneNumbers) -> Any:
-        """Return the number of whole periods."""
+        """Return the number of whole periods [s] since the release."""
         return np.floor(np.divide(self.time_s, period_s) + 1e-6)
+
+
+Clock = TickClock | SecondClock
+"""Time of a run, as schedules read it."""
 
 
 class Schedule(ABC):
@@ -150,9 +137,9 @@ class Schedule(ABC):
             duration_s: duration of the run [s].
         """
 
-    @abstractmethod
     def neutral(self, nominal: LaneNumbers) -> Schedule:
         """Return a schedule of this class that keeps the nominal value."""
+        return dataclasses.replace(self, value=nominal)  # type: ignore[type-var]
 
     @property
     def once(self) -> tuple[LaneNumbers, LaneNumbers] | None:
@@ -186,7 +173,8 @@ class Schedule(ABC):
             tick_s: control period [s].
 
         Raises:
-            TegotaeError: for an entry that is no number, or out of its range.
+            TegotaeError: for an entry that is no number or out of its range, or a change that ends
+                before it begins.
         """
         least = self.least(tick_s)
         for entry, value in self.entries.items():
@@ -194,6 +182,12 @@ class Schedule(ABC):
             for number in np.ravel(np.asarray(value, object)):
                 if not (entry in self.ENDLESS and number == math.inf):
                     require_finite(label, number, least=least.get(entry))
+        from_s, until_s = (self.entries.get(entry, math.inf) for entry in ("from_s", "until_s"))
+        if not np.all(np.less(from_s, until_s) | np.isinf(from_s)):  # inf: never
+            raise TegotaeError(
+                f"the change of {name} ends at {until_s} s and begins at {from_s} s; let it begin "
+                "first"
+            )
 
 
 @traceable
@@ -214,10 +208,6 @@ class Constant(Schedule):
     def corners(self, duration_s: float) -> Sequence[LaneNumbers]:
         """Return no times."""
         return ()
-
-    def neutral(self, nominal: LaneNumbers) -> Constant:
-        """Return the nominal value."""
-        return Constant(nominal)
 
 
 @traceable
@@ -251,19 +241,10 @@ class Step(Schedule):
         """Return begin and end [s]."""
         return self.from_s, self.until_s
 
-    def neutral(self, nominal: LaneNumbers) -> Step:
-        """Return a step to the nominal value."""
-        return dataclasses.replace(self, value=nominal)
-
     @property
     def once(self) -> tuple[LaneNumbers, LaneNumbers] | None:
         """Value and begin [s], without an end."""
         return (self.value, self.from_s) if np.all(np.isinf(self.until_s)) else None
-
-    def check(self, name: str, tick_s: float) -> None:
-        """Check the numbers, and that the step begins before it ends."""
-        super().check(name, tick_s)
-        _check_order(name, self.from_s, self.until_s)
 
 
 @traceable
@@ -299,15 +280,6 @@ class Ramp(Schedule):
     def corners(self, duration_s: float) -> Sequence[LaneNumbers]:
         """Return begin and end [s], an end after that of the run as this."""
         return self.from_s, np.minimum(self.until_s, duration_s)
-
-    def neutral(self, nominal: LaneNumbers) -> Ramp:
-        """Return a ramp to the nominal value."""
-        return dataclasses.replace(self, value=nominal)
-
-    def check(self, name: str, tick_s: float) -> None:
-        """Check the numbers, and that the ramp begins before it ends."""
-        super().check(name, tick_s)
-        _check_order(name, self.from_s, self.until_s)
 
 
 @traceable
@@ -394,14 +366,6 @@ class Chain(Schedule):
     def mapped(self, function: Callable[[LaneNumbers], LaneNumbers]) -> Chain:
         """Return the chain with a function applied to each entry of each schedule."""
         return Chain(tuple(schedule.mapped(function) for schedule in self.schedules))
-
-
-def _check_order(name: str, from_s: LaneNumbers, until_s: LaneNumbers) -> None:
-    """Raise `TegotaeError` for a change that ends before it begins."""
-    if not np.all(np.less(from_s, until_s) | np.isinf(from_s)):  # inf: never
-        raise TegotaeError(
-            f"the change of {name} ends at {until_s} s and begins at {from_s} s; let it begin first"
-        )
 
 
 def is_scheduled(change: LaneNumbers) -> bool:

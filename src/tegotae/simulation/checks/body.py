@@ -12,11 +12,11 @@ import numpy as np
 
 from tegotae._support.errors import is_of, require_finite
 from tegotae._support.transforms import jit
-from tegotae.parts._shapes import MaskPerLane, Number, PerCommand, PerLane, Scalar, StateTree
+from tegotae.parts._shapes import Number, PerCommand, PerLane, Scalar, StateTree
 from tegotae.parts.bodies import Body, Contact, Hopper, Push, Sensation
 from tegotae.parts.channels import FORCE
+from tegotae.simulation.checks.passive import pushed
 from tegotae.simulation.checks.probing import DTYPES, LANES, PartTrial, listed
-from tegotae.simulation.loop import over_limbs
 from tegotae.simulation.native import with_numpy_numbers
 
 _TICK_S = 0.001
@@ -27,9 +27,6 @@ _NUMBERS = int | float | np.number | jax.Array
 _MOTION = ("height", "velocity")
 _ENERGY_TOLERANCE = 1e-3
 """Share of the energy that may be made from nothing over a rollout: integration error."""
-
-_Worked = tuple[StateTree, PerLane]
-"""A state, and the work of the actuators so far [J]."""
 
 
 def check_body(body: Body) -> None:
@@ -169,15 +166,10 @@ def _check_predict(trial: _BodyTrial) -> None:
     trial.independent(".predict", _method("predict"), trial.body, *arguments)
 
 
-def _advance(
-    body: Body, state: StateTree, force: PerCommand, ground: PerLane, tick: Scalar
-) -> StateTree:
-    return body.advance(state, Push(force), ground, tick)
-
-
 def _check_advance(trial: _BodyTrial) -> None:
-    arguments = trial.body, trial.state, trial.force, trial.ground, trial.tick
-    result = trial.attempt(".advance", _advance, *arguments)
+    push = Push(trial.force, jnp.zeros_like(trial.force))
+    arguments = trial.state, push, trial.ground, trial.tick
+    result = trial.call("advance", *arguments)
     pair = is_of(result, tuple) and len(result) == 2 and is_of(result[1], Contact)
     trial.require(pair, ".advance must return (state, tegotae.parts.bodies.Contact)")
     end, contact = result
@@ -200,7 +192,7 @@ def _check_advance(trial: _BodyTrial) -> None:
     apexes = np.isnan(values["apex_share"]) == np.isnan(values["apex_height_m"])
     message = ".advance's apex_share and apex_height_m must be NaN on the same lanes"
     trial.require(apexes.all(), message)
-    trial.independent(".advance", _advance, *arguments)
+    trial.independent(".advance", _method("advance"), trial.body, *arguments)
 
 
 def _check_small_ticks(trial: _BodyTrial) -> None:
@@ -208,7 +200,7 @@ def _check_small_ticks(trial: _BodyTrial) -> None:
     tick.
     """
     body, ground, force = trial.body, trial.ground, trial.force
-    released = trial.call("commanded", trial.state, force)
+    push, released = Push(force, jnp.zeros_like(force)), trial.call("commanded", trial.state, force)
 
     def observed(state: StateTree) -> list[np.ndarray]:
         """Return the sensed part of a state: the guess must be right for it alone."""
@@ -220,8 +212,8 @@ def _check_small_ticks(trial: _BodyTrial) -> None:
         """Return the gaps, computed with programs that the checks of the methods have compiled."""
         tick = jnp.asarray(tick_s, "float64")
         # A body may guess from what its last tick was like.
-        begun, _ = trial.attempt(".advance", _advance, body, released, force, ground, tick)
-        end, contact = trial.attempt(".advance", _advance, body, begun, force, ground, tick)
+        begun, _ = trial.call("advance", released, push, ground, tick)
+        end, contact = trial.call("advance", begun, push, ground, tick)
         guess, _, _ = trial.call("predict", begun, force, ground, tick)
         share = np.asarray(contact.stance_share).reshape(-1, LANES)
         steady = np.all((share == 0.0) | (share == 1.0), axis=0)
@@ -255,19 +247,12 @@ def _check_energy(trial: _BodyTrial) -> None:
     @jit
     def excess(share: jax.Array) -> jax.Array:
         push = Push(_command(body, share, ground))
-
-        def step(carry: _Worked, _: None) -> tuple[_Worked, tuple[PerLane, MaskPerLane]]:
-            state, work = carry
-            state, contact = body.advance(state, push, ground, tick)
-            work = work + over_limbs(jnp.sum, contact.work_j, body)
-            return (state, work), (body.energy(state, ground) - work, body.failed(state, ground))
-
         placed = body.commanded(start, push.mean_n)
-        _, (balance, failed) = jax.lax.scan(step, (placed, jnp.zeros_like(ground)), None, _TICKS)
+        energy, work, stands = pushed(body, placed, push, ground, tick, _TICKS)
         first = body.energy(placed, ground)
-        alive = jnp.cumsum(failed, axis=0) == 0
         scale = jnp.abs(first) + jnp.asarray(body.max_force_n * body.rest_length_m)
-        return jnp.max(jnp.where(alive, (balance - first[None]) / scale[None], 0.0))
+        gained = (energy - work - first[None]) / scale[None]
+        return jnp.max(jnp.where(stands, gained, 0.0))
 
     for share, when in ((0.0, "without the actuator"), (0.5, "beyond the actuator's work_j")):
         gained = float(excess(jnp.asarray(share)))

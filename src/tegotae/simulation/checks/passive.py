@@ -11,10 +11,11 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.transforms import jit
-from tegotae.parts._shapes import StateTree
+from tegotae.parts._shapes import MaskPerLane, PerLane, Scalar, StateTree
 from tegotae.parts.bodies import Body, Push
 from tegotae.parts.channels import FORCE
 from tegotae.parts.fields import unwrapped
+from tegotae.simulation.loop import over_limbs
 from tegotae.simulation.native import with_numpy_numbers
 
 _MOST_LEFT = 0.01
@@ -50,25 +51,39 @@ def energy_of_drop(body: Body, height_m: float, duration_s: float, tick_s: float
 
     @jit
     def drop(body: Body) -> jax.Array:
-        ground = jnp.zeros(1)
-        push = Push(jnp.zeros(1))
-        start = body.release(jnp.full(1, height_m), ground)
-        standing = body.release(jnp.full(1, body.touching_height_m), ground)
-        lower = body.energy(standing, ground)
-        upper = body.energy(start, ground)
-
-        def step(carry: tuple[StateTree, Any], _: None) -> tuple[Any, jax.Array]:
-            state, failed = carry
-            state, _contact = body.advance(state, push, ground, jnp.asarray(tick_s, ground.dtype))
-            failed = failed | body.failed(state, ground)
-            share = (body.energy(state, ground) - lower) / (upper - lower)
-            return (state, failed), jnp.where(failed, jnp.nan, share)
-
-        begun = start, jnp.zeros(1, bool)
-        return jax.lax.scan(step, begun, None, round(duration_s / tick_s))[1]
+        ground, tick = jnp.zeros(1), jnp.asarray(tick_s)
+        start, standing = (
+            body.release(jnp.full(1, height), ground)
+            for height in (height_m, body.touching_height_m)
+        )
+        lower, upper = body.energy(standing, ground), body.energy(start, ground)
+        ticks = round(duration_s / tick_s)
+        energy, _, stands = pushed(body, start, Push(jnp.zeros(1)), ground, tick, ticks)
+        return jnp.where(stands, (energy - lower[None]) / (upper - lower)[None], jnp.nan)
 
     with jax.enable_x64(True):
         return np.asarray(drop(with_numpy_numbers(body, "float64")))[:, 0]
+
+
+def pushed(
+    body: Body, start: StateTree, push: Push, ground_m: PerLane, tick_s: Scalar, ticks: int
+) -> tuple[PerLane, PerLane, MaskPerLane]:
+    """Advance a body under a constant push.
+
+    Returns:
+        After every tick its energy [J], the work of the actuators so far [J], and True while it has
+        not failed, [ticks, lanes] each.
+    """
+
+    def step(carry: Any, _: None) -> tuple[Any, Any]:
+        state, work, stands = carry
+        state, contact = body.advance(state, push, ground_m, tick_s)
+        work = work + over_limbs(jnp.sum, contact.work_j, body)
+        stands = stands & ~body.failed(state, ground_m)
+        return (state, work, stands), (body.energy(state, ground_m), work, stands)
+
+    begun = start, jnp.zeros_like(ground_m), jnp.ones(ground_m.shape, bool)
+    return jax.lax.scan(step, begun, None, ticks)[1]
 
 
 def check_passive(body: Body, height_m: float, settle_s: float, tick_s: float) -> None:

@@ -167,27 +167,27 @@ class PartTrial:
                 return x.at[..., SPOILED].set(jnp.asarray(poison, x.dtype))
 
             spoiled = program(*jax.tree.map(spoil, args))
-            for sound_leaf, spoiled_leaf in zip(
-                *map(jax.tree.leaves, (sound, spoiled)), strict=True
-            ):
-                sound_leaf, spoiled_leaf = (
-                    np.asarray(sound_leaf)[..., other_lanes],
-                    np.asarray(spoiled_leaf)[..., other_lanes],
-                )
+            for pair in zip(*map(jax.tree.leaves, (sound, spoiled)), strict=True):
+                others = (np.asarray(leaf)[..., other_lanes] for leaf in pair)
                 self.require(
-                    np.array_equal(sound_leaf, spoiled_leaf, equal_nan=True),
+                    np.array_equal(*others, equal_nan=True),
                     f"{label} lets one lane change another; use elementwise functions only (no "
                     "sum, mean, max, sort or roll over lanes)",
                 )
 
     def value(
-        self, label: str, function: Callable[..., T], *args: object, dtype: str | None = None
+        self,
+        label: str,
+        function: Callable[..., T],
+        *args: object,
+        dtype: str | None = None,
+        leading: tuple[int, ...] | None = (),
     ) -> T:
         """Return a function's result after checks: right arrays, whose lanes do not depend on each
         other.
         """
         result = self.attempt(label, function, *args)
-        self.arrays(label, result, dtype=dtype)
+        self.arrays(label, result, dtype=dtype, leading=leading)
         self.independent(label, function, *args)
         return result
 
