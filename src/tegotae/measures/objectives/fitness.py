@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import jax
 import jax.numpy as jnp
@@ -58,15 +59,6 @@ class HopOutcome(NamedTuple):
     """ΔΩ (equation 13), [lanes]."""
     climb_m: jax.Array
     """Height climbed in the whole episode [m], [lanes]."""
-
-
-class FitnessData(NamedTuple):
-    """Weights that turn an outcome into a fitness: data of a compiled program."""
-
-    definition: Numeric
-    """1 at the definition of work that counts, 0 elsewhere, in the order of `WORK`."""
-    frequency_weight: Numeric
-    """Weight of ΔΩ [m/J per rad²/s²], 0 if it does not count."""
 
 
 class _SettledHops(Objective):
@@ -124,24 +116,18 @@ class Fitness(_SettledHops):
         *("time_s", "height_m", "ground_m", "apex_height_m", "climb_flight_m", "climb_m"),
         *("work_absolute_j", "work_positive_j", "work_net_j", "failed"),
     )
+    DATA = ("work", "follow_omega", "frequency_weight")
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check_work(self.work)
 
     @property
-    def program(self) -> Fitness:
-        """The settling time alone: everything else is data."""
-        return Fitness(settle_s=self.settle_s)
-
-    @property
-    def data(self) -> FitnessData:
-        """The definition of work, and the weight of ΔΩ."""
+    def data(self) -> dict[str, np.ndarray]:
+        """The weight of ΔΩ, and 1 at the definition of work that counts, 0 elsewhere."""
         selected = [float(definition == self.work) for definition in WORK]
-        return FitnessData(
-            np.array(selected, "float32"),
-            np.float32(self.frequency_weight if self.follow_omega else 0.0),
-        )
+        weight = self.frequency_weight if self.follow_omega else 0.0
+        return {"definition": np.array(selected, "float32"), "weight": np.array(weight, "float32")}
 
     def outcome(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
@@ -171,12 +157,12 @@ class Fitness(_SettledHops):
             climb_m=trajectory.climb_m[-1],
         )
 
-    def score(self, outcome: HopOutcome, data: FitnessData) -> dict[str, jax.Array]:
+    def score(self, outcome: HopOutcome, data: Mapping[str, Any]) -> dict[str, jax.Array]:
         """Return `fitness`, `cot_inverse` [m/J] and `delta_omega`, [lanes] each."""
-        shares = jnp.asarray(data.definition, outcome.cot_inverse.dtype)
+        shares = jnp.asarray(data["definition"], outcome.cot_inverse.dtype)
         cot = (shares[:, None] * outcome.cot_inverse).sum(axis=0)
         # A failed lane may hold anything; what is not asked for must not spoil what is.
-        weight = data.frequency_weight
+        weight = data["weight"]
         gap = jnp.where(weight > 0.0, outcome.delta_omega, 0.0)
         fitness = cot + weight * gap + TIE_BREAK * jnp.tanh(outcome.climb_m)
         return {"fitness": fitness, "cot_inverse": cot, "delta_omega": gap}

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Self
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.bodies import Body
-from tegotae.parts.parameters import Part
+from tegotae.parts.parameters import Part, changed
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Scenario, Timing
 
@@ -41,8 +42,8 @@ class Objective(Part, ABC):
     An objective of your own needs `outcome` alone, if that returns the fitness. Rollouts that
     failed are put below all others afterwards, whatever the objective.
 
-    Settings that `score` reads are `data` of the compiled program, so that another value compiles
-    nothing anew; those that `outcome` reads are the `program`.
+    Settings that `score` alone reads (`DATA`) are data of the compiled program, so that another
+    value compiles nothing anew; all others are the `program`.
     """
 
     needs: ClassVar[tuple[str, ...] | None] = None
@@ -50,6 +51,9 @@ class Objective(Part, ABC):
 
     COT_UNIT: ClassVar[str] = "m/J"
     """Unit of its CoT⁻¹: height climbed over work; empty of what has none, as of a walk."""
+
+    DATA: ClassVar[tuple[str, ...]] = ()
+    """Fields that `score` alone reads, from its `data`."""
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -74,7 +78,7 @@ class Objective(Part, ABC):
 
         Args:
             outcome: of the episode, from `outcome`.
-            data: the settings, from `data`; arrays of a compiled program.
+            data: the settings of `DATA` by name; arrays of a compiled program.
 
         Returns:
             `fitness`; `cot_inverse` where it is measured; and whatever else is worth a name.
@@ -82,14 +86,17 @@ class Objective(Part, ABC):
         return {"fitness": outcome}
 
     @property
-    def program(self) -> Objective:
-        """The compiled part, which programs with an equal one share."""
-        return self
+    def program(self) -> Self:
+        """The compiled part, without the fields of `DATA`; equal ones share a program."""
+        program = self
+        for name in self.DATA:
+            program = changed(program, name, lambda _: None)  # type: ignore[arg-type,return-value]
+        return program
 
     @property
-    def data(self) -> Any:
-        """The part that is data of the compiled program: arrays."""
-        return ()
+    def data(self) -> dict[str, np.ndarray]:
+        """The fields of `DATA`, arrays of a compiled program."""
+        return {name: np.asarray(getattr(self, name), "float32") for name in self.DATA}
 
     def check(self, timing: Timing) -> None:
         """Raise `TegotaeError` if an episode of this timing cannot be evaluated."""

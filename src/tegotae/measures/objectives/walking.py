@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.measures.gaits.names import speed_along_heading_m_per_s
 from tegotae.measures.objectives.objective import Objective
-from tegotae.parts._shapes import AnyArray, Numeric
+from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
 from tegotae.parts.parameters import finite, not_negative
@@ -39,13 +39,6 @@ class WalkOutcome(NamedTuple):
     """CoT⁻¹ = m g v / P; of a walk backwards negative."""
     omega: jax.Array
     """The frequency ω of the episode [rad/s]."""
-
-
-class WalkingData(NamedTuple):
-    """Settings that make a fitness of a walk: data of a compiled program."""
-
-    speed_m_per_s: Numeric
-    tracking: Numeric
 
 
 class _SettledWalk(Objective):
@@ -115,20 +108,12 @@ class Walking(_SettledWalk):
     settle_s: float = finite(least=0.0)
     tracking: float = not_negative(TRACKING)
 
-    @property
-    def program(self) -> Walking:
-        """The settling time alone: everything else is data."""
-        return Walking(speed_m_per_s=1.0, settle_s=self.settle_s)
+    DATA = ("speed_m_per_s", "tracking")
 
-    @property
-    def data(self) -> WalkingData:
-        """The speed that is wanted and the weight of it."""
-        return WalkingData(np.float32(self.speed_m_per_s), np.float32(self.tracking))
-
-    def score(self, outcome: WalkOutcome, data: WalkingData) -> dict[str, jax.Array]:
+    def score(self, outcome: WalkOutcome, data: Mapping[str, Any]) -> dict[str, jax.Array]:
         """Return `fitness` and `cot_inverse`, [lanes] each."""
-        off = jnp.abs(outcome.speed_m_per_s / data.speed_m_per_s - 1.0)
-        fitness = outcome.cot_inverse - data.tracking * off
+        off = jnp.abs(outcome.speed_m_per_s / data["speed_m_per_s"] - 1.0)
+        fitness = outcome.cot_inverse - data["tracking"] * off
         return {"fitness": fitness, "cot_inverse": outcome.cot_inverse}
 
 
@@ -139,15 +124,6 @@ _LEAST_GAIN = 0.25
 logarithm, and the next step up must count."""
 _MOST_GAIN = 20.0
 """Beyond this share of the front, above or below, nothing counts."""
-
-
-class CommandedData(NamedTuple):
-    """Settings that make a fitness of a walk: data of a compiled program."""
-
-    speeds_m_per_s: AnyArray
-    costs: AnyArray
-    advance_m_per_rad: Numeric
-    tracking: Numeric
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -183,6 +159,8 @@ class CommandedWalking(_SettledWalk):
     settle_s: float = finite(least=0.0)
     tracking: float = not_negative(COMMANDED_TRACKING)
 
+    DATA = ("front", "advance_m_per_rad", "tracking")
+
     def __post_init__(self) -> None:
         super().__post_init__()
         if len(self.front) < 2:
@@ -214,28 +192,15 @@ class CommandedWalking(_SettledWalk):
             "train it with Walking(speed_m_per_s=...)"
         )
 
-    @property
-    def program(self) -> CommandedWalking:
-        """The settling time and the size of the front: everything else is data."""
-        front = tuple((1.0 + speed, 1.0) for speed in range(len(self.front)))
-        return CommandedWalking(front=front, advance_m_per_rad=1.0, settle_s=self.settle_s)
-
-    @property
-    def data(self) -> CommandedData:
-        """The front, the speed that is wanted and the weight of it."""
-        speeds, costs = np.array(self.front, "float32").T
-        return CommandedData(
-            speeds, costs, np.float32(self.advance_m_per_rad), np.float32(self.tracking)
-        )
-
-    def score(self, outcome: WalkOutcome, data: CommandedData) -> dict[str, jax.Array]:
+    def score(self, outcome: WalkOutcome, data: Mapping[str, Any]) -> dict[str, jax.Array]:
         """Return `fitness`, `cot_inverse` and `gain`, CoT⁻¹ over that of the front, [lanes]
         each.
         """
         speed = outcome.speed_m_per_s
-        gain = outcome.cot_inverse * jnp.interp(speed, data.speeds_m_per_s, data.costs)
-        off = jnp.abs(speed / (data.advance_m_per_rad * outcome.omega) - 1.0)
-        fitness = log_gain(gain) - data.tracking * off
+        speeds, costs = jnp.asarray(data["front"]).T
+        gain = outcome.cot_inverse * jnp.interp(speed, speeds, costs)
+        off = jnp.abs(speed / (data["advance_m_per_rad"] * outcome.omega) - 1.0)
+        fitness = log_gain(gain) - data["tracking"] * off
         return {"fitness": fitness, "cot_inverse": outcome.cot_inverse, "gain": gain}
 
 
