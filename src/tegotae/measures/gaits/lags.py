@@ -481,6 +481,8 @@ def support_margin_m(body: Walker, lost: tuple[int, ...] = ()) -> float:
         >>> support_margin_m(Walker()), round(support_margin_m(Walker(), lost=(2,)), 6)
         (0.44, 0.0)
     """
+    from scipy.spatial import ConvexHull  # slow to import
+
     for leg in lost:
         if not 0 <= leg < body.limbs:
             raise TegotaeError(f"leg {leg} is lost; this body has the legs 0 ... {body.limbs - 1}")
@@ -490,21 +492,5 @@ def support_margin_m(body: Walker, lost: tuple[int, ...] = ()) -> float:
             f"{len(remaining)} legs are left; a polygon of support has three or more"
         )
     hips = np.array([body.hips_x_m, body.hips_y_m]).T[remaining]
-    sides = _sides(hips)
-    mass = np.array([body.com_x_m, body.com_y_m])
-    return min(_left_of(mass, *side) for side in sides)
-
-
-def _sides(points: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the sides of the convex polygon around points, counter-clockwise: none has a point
-    outside.
-    """
-    pairs = [(a, b) for a in points for b in points if not np.array_equal(a, b)]
-    return [(a, b) for a, b in pairs if all(_left_of(p, a, b) >= -1e-9 for p in points)]
-
-
-def _left_of(point: np.ndarray, begin: np.ndarray, end: np.ndarray) -> float:
-    """Return the distance of a point from a line, positive to its left."""
-    along = end - begin
-    across = along[0] * (point[1] - begin[1]) - along[1] * (point[0] - begin[0])
-    return float(across / np.hypot(*along))
+    sides = ConvexHull(hips).equations  # of each the outward normal, and minus its distance
+    return float(-(sides[:, :2] @ [body.com_x_m, body.com_y_m] + sides[:, 2]).max()) + 0.0

@@ -132,11 +132,9 @@ def speed_along_heading_m_per_s(trajectory: Trajectory, first: int) -> jax.Array
         >>> speed_along_heading_m_per_s(Trajectory(**there, **late), 0).tolist()
         [0.5]
     """
-    t = trajectory
-    time = t.time_s[-1] - t.time_s[first]
-    looks = t.yaw_rad[first]
-    ahead = (t.x_m[-1] - t.x_m[first]) * jnp.cos(looks)
-    return (ahead + (t.y_m[-1] - t.y_m[first]) * jnp.sin(looks)) / time
+    time, x, y, looks = (jnp.asarray(getattr(trajectory, name))[first:] for name in HEADING)
+    ahead = (x[-1] - x[0]) * jnp.cos(looks[0]) + (y[-1] - y[0]) * jnp.sin(looks[0])
+    return ahead / (time[-1] - time[0])
 
 
 TOLERANCE = 0.1
@@ -190,49 +188,41 @@ class Pattern:
         )
 
 
-def _four_leg_pattern(
-    name: str, lh: float, lf: float, rh: float, rf: float, source: str
-) -> Pattern:
-    return Pattern(name, {"LH": lh, "LF": lf, "RH": rh, "RF": rf}, source)
+_QUADRUPED, _HEXAPOD = ("LH", "LF", "RH", "RF"), ("LH", "LM", "LF", "RH", "RM", "RF")
 
 
-def _six_leg_pattern(
-    name: str, left_lags: tuple[float, ...], right_lags: tuple[float, ...], source: str
-) -> Pattern:
-    """Return the pattern with these lags of hind, middle and fore legs, left and right."""
-    legs = ("LH", "LM", "LF", "RH", "RM", "RF")
-    return Pattern(name, dict(zip(legs, (*left_lags, *right_lags), strict=True)), source)
+def _patterns(legs: tuple[str, ...], *rows: tuple[str, tuple[float, ...], str]) -> list[Pattern]:
+    """Return patterns of these legs, each from its name, the legs' lags and its source."""
+    return [
+        Pattern(name, dict(zip(legs, lags, strict=True)), source) for name, lags, source in rows
+    ]
 
-
-_THIRD, _SIXTH = 1 / 3, 1 / 6
 
 PATTERNS: tuple[Pattern, ...] = (
-    Pattern("in phase", {"H": 0, "F": 0}, _COLLINS),
-    Pattern("antiphase", {"H": 0, "F": 0.5}, _COLLINS),
-    Pattern("in phase", {"L": 0, "R": 0}, _COLLINS),
-    Pattern("antiphase", {"L": 0, "R": 0.5}, _COLLINS),
-    _four_leg_pattern("pronk", 0, 0, 0, 0, _COLLINS),
-    _four_leg_pattern("bound", 0, 0.5, 0, 0.5, _ALEXANDER),
-    _four_leg_pattern("pace", 0, 0, 0.5, 0.5, _HILDEBRAND),
-    _four_leg_pattern("trot", 0, 0.5, 0.5, 0, _HILDEBRAND),
-    _four_leg_pattern("lateral-sequence walk", 0, 0.25, 0.5, 0.75, _HILDEBRAND),
-    _four_leg_pattern("diagonal-sequence walk", 0, 0.75, 0.5, 0.25, _HILDEBRAND),
-    # Of galloping animals these lags vary more than those above. The hind legs step shortly after
-    # one another, then the fore legs: in the same order, or in the opposite one.
-    _four_leg_pattern("transverse gallop", 0, 0.5, 0.1, 0.6, _COLLINS),
-    _four_leg_pattern("rotary gallop", 0, 0.6, 0.1, 0.5, _COLLINS),
-    # Three beats: a hind leg, the other one with the fore leg diagonal to it, the other fore leg.
-    _four_leg_pattern(_CANTER, 0, 0.3, 0.3, 0.7, _ALEXANDER),
-    _six_leg_pattern("pronk", (0, 0, 0), (0, 0, 0), _COLLINS_INSECTS),
-    _six_leg_pattern("tripod", (0, 0.5, 0), (0.5, 0, 0.5), _COLLINS_INSECTS),
-    _six_leg_pattern(
-        "tetrapod", (0, _THIRD, 2 * _THIRD), (_THIRD, 2 * _THIRD, 0), _COLLINS_INSECTS
+    *_patterns(("H", "F"), ("in phase", (0, 0), _COLLINS), ("antiphase", (0, 0.5), _COLLINS)),
+    *_patterns(("L", "R"), ("in phase", (0, 0), _COLLINS), ("antiphase", (0, 0.5), _COLLINS)),
+    *_patterns(
+        _QUADRUPED,
+        ("pronk", (0, 0, 0, 0), _COLLINS),
+        ("bound", (0, 0.5, 0, 0.5), _ALEXANDER),
+        ("pace", (0, 0, 0.5, 0.5), _HILDEBRAND),
+        ("trot", (0, 0.5, 0.5, 0), _HILDEBRAND),
+        ("lateral-sequence walk", (0, 0.25, 0.5, 0.75), _HILDEBRAND),
+        ("diagonal-sequence walk", (0, 0.75, 0.5, 0.25), _HILDEBRAND),
+        # Of galloping animals these lags vary more than those above. The hind legs step shortly
+        # after one another, then the fore legs: in the same order, or in the opposite one.
+        ("transverse gallop", (0, 0.5, 0.1, 0.6), _COLLINS),
+        ("rotary gallop", (0, 0.6, 0.1, 0.5), _COLLINS),
+        # Three beats: a hind leg, the other one with the fore leg diagonal to it, the other fore
+        # leg.
+        (_CANTER, (0, 0.3, 0.3, 0.7), _ALEXANDER),
     ),
-    _six_leg_pattern(
-        "metachronal wave",
-        (0, _SIXTH, 2 * _SIXTH),
-        (3 * _SIXTH, 4 * _SIXTH, 5 * _SIXTH),
-        _COLLINS_INSECTS,
+    *_patterns(
+        _HEXAPOD,
+        ("pronk", (0, 0, 0, 0, 0, 0), _COLLINS_INSECTS),
+        ("tripod", (0, 0.5, 0, 0.5, 0, 0.5), _COLLINS_INSECTS),
+        ("tetrapod", (0, 1 / 3, 2 / 3, 1 / 3, 2 / 3, 0), _COLLINS_INSECTS),
+        ("metachronal wave", (0, 1 / 6, 2 / 6, 3 / 6, 4 / 6, 5 / 6), _COLLINS_INSECTS),
     ),
 )
 """The patterns with names; of those with a left and a right, their mirror images too."""
