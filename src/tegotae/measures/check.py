@@ -101,6 +101,8 @@ def _check_metric(metric: Metric, name: str) -> None:
         if not _holds(fits, value):
             raise TegotaeError(f"{metric.name}.{field} is {value!r}; it must be {right}")
     probing.PartTrial(f"{name} {metric.name}").hashable(metric)
+    for field in {"channels", "of"} & {field.name for field in dataclasses.fields(metric)}:
+        probing.PartTrial(metric.name).names(f".{field}", getattr(metric, field))
     trial_of(metric)
 
 
@@ -150,7 +152,6 @@ def _recordings() -> dict[str, np.ndarray]:
 
 
 def _try_gait(metric: GaitMetric) -> None:
-    probing.PartTrial(metric.name).names(".channels", metric.channels)
     for dtype in probing.DTYPES:
         with jax.enable_x64(dtype == "float64"):
             _check_gait(metric, dtype)
@@ -179,10 +180,7 @@ def _check_gait(metric: GaitMetric, dtype: str) -> None:
         )
         return of_gait.values[metric.name]
 
-    trial, arguments = (
-        probing.PartTrial(f"{metric.name}.compute"),
-        (trajectory, jnp.asarray(_OMEGA, dtype)),
-    )
+    trial, arguments = _trial(metric), (trajectory, jnp.asarray(_OMEGA, dtype))
     value = trial.attempt(" of the channels that it declares", compute, *arguments)
     _require_value(metric, value, dtype)
     trial.independent("", compute, *arguments)
@@ -193,37 +191,30 @@ def _try_clamped(metric: ClampedMetric) -> None:
 
 
 def _try_derived(metric: DerivedMetric) -> None:
-    probing.PartTrial(metric.name).names(".of", metric.of)
     values = {source: _values_of(source, seed) for seed, source in enumerate(metric.of)}
     conditions = Conditions(Hopper() if metric.needs_body else None, drop_m=0.2)
     _require_value(metric, _attempt(metric, values, conditions), ranged=False)
 
 
 def _try_walk(metric: WalkMetric) -> None:
-    trial = probing.PartTrial(f"{metric.name}.compute")
-    probing.PartTrial(metric.name).names(".channels", metric.channels)
     walks = _walks(metric.channels)
     values, (lanes, starts) = _attempt(metric, walks), walks.stands.shape
-    trial.require(
+    _trial(metric).require(
         values.shape in ((lanes,), (lanes, starts)),
         f" has shape {values.shape}; it must be [rows, starts], {(lanes, starts)}, or [rows]",
     )
-    _require_in_range(metric, values.reshape(lanes, -1))
-    spoiled = {name: _spoiled(np.asarray(column), starts) for name, column in walks.columns.items()}
-    others = np.delete(np.arange(lanes), probing.SPOILED)
+    _require_in_range(metric, values)
+    others = np.arange(lanes) != probing.SPOILED
+    columns = {name: np.asarray(column) for name, column in walks.columns.items()}
+    spoiled = {
+        name: np.where(np.repeat(others, starts), x, 17.0) if x.dtype.kind == "f" else x
+        for name, x in columns.items()
+    }
     again = _attempt(metric, dataclasses.replace(walks, columns=spoiled))
-    trial.require(
+    _trial(metric).require(
         np.array_equal(values[others], again[others], equal_nan=True),
         " lets one row change another; reduce over the last axis, the starts, alone",
     )
-
-
-def _spoiled(column: np.ndarray, starts: int) -> np.ndarray:
-    """Return a column with other numbers in one row."""
-    rows = column.reshape(-1, starts).copy()
-    if rows.dtype.kind == "f":
-        rows[probing.SPOILED] = 17.0
-    return rows.ravel()
 
 
 class _MadeUpWalks(Walks):
@@ -267,13 +258,9 @@ def _walks(channels: tuple[str, ...]) -> Walks:
 
 def _try_robot(metric: RobotMetric) -> None:
     for episode in _robot_episodes():
-        try:
-            value = metric.compute(episode)
-            values = np.array([] if value is None else [value], float)
-        except Exception as error:
-            raise TegotaeError(f"{metric.name}.compute raised {formatted(error)}") from error
-        trial = probing.PartTrial(f"{metric.name}.compute")
-        trial.require(values.ndim == 1, f" has shape {values.shape[1:]}; it must return one number")
+        values = _attempt(metric, episode)
+        one = values.shape in ((), (0,))
+        _trial(metric).require(one, f" has shape {values.shape}; it must return one number")
         _require_in_range(metric, values)
 
 
@@ -325,9 +312,15 @@ def _values_of(name: str, seed: int) -> np.ndarray:
     return np.random.default_rng(seed).uniform(low, high, probing.LANES)
 
 
-def _attempt(metric: ClampedMetric | DerivedMetric | WalkMetric, *arguments: Any) -> np.ndarray:
+def _trial(metric: Metric, dtype: str = "float64") -> probing.PartTrial:
+    return probing.PartTrial(f"{metric.name}.compute", dtype)
+
+
+def _attempt(metric: Any, *arguments: Any) -> np.ndarray:
+    """Return a metric's values; none where it is not defined."""
     try:
-        return np.asarray(metric.compute(*arguments), float)
+        value = metric.compute(*arguments)
+        return np.asarray([] if value is None else value, float)
     except Exception as error:
         raise TegotaeError(f"{metric.name}.compute raised {formatted(error)}") from error
 
@@ -335,9 +328,8 @@ def _attempt(metric: ClampedMetric | DerivedMetric | WalkMetric, *arguments: Any
 def _require_value(
     metric: Metric, value: Any, dtype: str = "float64", *, ranged: bool = True
 ) -> None:
-    trial = probing.PartTrial(f"{metric.name}.compute", dtype)
-    scalar = hasattr(value, "shape")
-    trial.require(scalar, f" returns a {type(value).__name__}; it must return one array")
+    trial, is_array = _trial(metric, dtype), hasattr(value, "shape")
+    trial.require(is_array, f" returns a {type(value).__name__}; it must return one array")
     trial.arrays("", value, events=True)
     if ranged:
         _require_in_range(metric, np.asarray(value))
