@@ -6,8 +6,8 @@ A hopper's are in `tegotae.measures.hopping.metrics`, those of several legs in
 
 from __future__ import annotations
 
-import importlib
 import inspect
+import pkgutil
 import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -86,21 +86,11 @@ class Metric:
 
     def __reduce_ex__(self, protocol: SupportsIndex) -> str | tuple[object, ...]:
         """Pickle it by its place, as functions are; its own function may be a lambda."""
-        place = _place_of(self)
-        return super().__reduce_ex__(protocol) if place is None else (_imported, place)
-
-
-def _place_of(metric: Metric) -> tuple[str, str] | None:
-    """Return the module and the name in it that hold a metric, or None if no module does."""
-    for module, loaded in list(sys.modules.items()):
-        for name, value in list(getattr(loaded, "__dict__", {}).items()):
-            if value is metric:
-                return module, name
-    return None
-
-
-def _imported(module: str, name: str) -> Metric:
-    return getattr(importlib.import_module(module), name)
+        for module, loaded in list(sys.modules.items()):
+            for name, value in list(getattr(loaded, "__dict__", {}).items()):
+                if value is self:
+                    return pkgutil.resolve_name, (f"{module}:{name}",)
+        return super().__reduce_ex__(protocol)
 
 
 ALL = "all"

@@ -9,9 +9,9 @@ import jax
 import jax.numpy as jnp
 
 from tegotae._support.transforms import jit_with_static
-from tegotae.parts._shapes import Index, Scalar, Weights
+from tegotae.parts._shapes import Index, Weights
 from tegotae.parts.bodies import Body
-from tegotae.simulation.loop import ClosedLoop, Lane, Tick
+from tegotae.simulation.loop import ClosedLoop, Lane
 from tegotae.simulation.recorder import RecordedFrame, Recorder, Trajectory
 from tegotae.simulation.world import Scenario, ground_m, whole_run
 
@@ -59,7 +59,11 @@ class EpisodeProgram:
     needs: tuple[str, ...] | None
 
     def recorder(self, body: Body) -> Recorder:
-        """Return the recorder of the channels on a body."""
+        """Return the recorder of the channels on a body.
+
+        Raises:
+            TegotaeError: for a channel that is needed and not declared.
+        """
         return Recorder.for_loop(self.loop.controller, body, self.needs)
 
     def start(self, lanes: LaneInputs, shared: Shared) -> LoopState:
@@ -105,17 +109,5 @@ def _spread(loop: ClosedLoop, lanes: LaneInputs, shared: Shared) -> tuple[Weight
     return weights, body, scenario
 
 
-def _ticked(
-    loop: ClosedLoop,
-    weights: Weights,
-    body: Body,
-    scenario: Scenario,
-    lane: Lane,
-    index: Index,
-    tick_s: Scalar,
-) -> tuple[Lane, Tick]:
-    return loop.tick(weights, body, scenario, lane, index, tick_s)
-
-
-_tick = jit_with_static(_ticked, (0,), inline=True)
+_tick = jit_with_static(ClosedLoop.tick, (0,), inline=True)
 """`ClosedLoop.tick`, traced once for all programs of a loop, and part of each as it is."""

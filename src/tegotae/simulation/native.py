@@ -66,21 +66,29 @@ def roll_out_native(
     copied = Together(tuple(part for part in parts if isinstance(part, KeptChannels)))
     computed = Together(tuple(part for part in parts if not isinstance(part, KeptChannels)))
     channels = kernel.channels.only(copied.needs)
-    results = _Results(
-        _new_arrays(_lanes(channels, count, timing.n_frames)),
-        _Blocks.for_lanes(computed, timing, kernel.channels, lanes, shared.body)
-        if computed.parts
-        else None,
-    )
+    recording = _new_arrays(_lanes(channels, count, timing.n_frames))
+    blocks = None
+    if computed.parts:
+        blocks = _Blocks.for_lanes(computed, timing, kernel.channels, lanes, body)
+
+    def collect(first: int, n: int, trajectory: Trajectory) -> None:
+        _put(recording, slice(first, first + n), trajectory.only(recording.channels))
+        if blocks is not None:
+            blocks.collect(first, n, trajectory)
+
     kernel.run(
         lanes,
         shared,
         frames=timing.n_frames,
         ticks_per_frame=timing.ticks_per_frame,
         threads=available_cores(),
-        collect=results.collect,
+        collect=collect,
     )
-    of_parts = results.of(parts)
+    results = iter(blocks.results if blocks else ())
+    of_parts = tuple(
+        recording.only(part.needs) if isinstance(part, KeptChannels) else next(results)
+        for part in parts
+    )
     return of_parts if isinstance(summary, Together) else of_parts[0]
 
 
@@ -121,28 +129,6 @@ class _Blocks:
                 summed = padded_lanes(recorded, slice(offset, offset + self.size), self.size)
                 met = padded_lanes(self.lanes.scenario, lanes, self.size)
                 _put(self.results, lanes, self.compiled(summed, met, self.body))
-
-
-@dataclass(frozen=True)
-class _Results:
-    """Results of a rollout: recordings that are kept unchanged, and numbers computed from them."""
-
-    copied: Trajectory
-    computed: _Blocks | None
-
-    def collect(self, first: int, n: int, trajectory: Trajectory) -> None:
-        """Take in the recording of a group of lanes."""
-        _put(self.copied, slice(first, first + n), trajectory.only(self.copied.channels))
-        if self.computed is not None:
-            self.computed.collect(first, n, trajectory)
-
-    def of(self, parts: tuple[Summary, ...]) -> tuple[Any, ...]:
-        """Return each summary's result."""
-        computed = iter(self.computed.results if self.computed else ())
-        return tuple(
-            self.copied.only(part.needs) if isinstance(part, KeptChannels) else next(computed)
-            for part in parts
-        )
 
 
 def cannot_lower(program: EpisodeProgram, lanes: LaneInputs, body: Body) -> str:

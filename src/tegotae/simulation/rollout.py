@@ -23,7 +23,6 @@ from tegotae.simulation.draws import check_scenario
 from tegotae.simulation.episode import EpisodeProgram, LaneInputs
 from tegotae.simulation.integrators import Integrator, PredictorCorrector
 from tegotae.simulation.loop import ClosedLoop, check_senses
-from tegotae.simulation.recorder import Recorder
 from tegotae.simulation.schedules import mapped_change
 from tegotae.simulation.summaries import KeptChannels, Summary, whole_trajectory
 from tegotae.simulation.timing import Timing
@@ -63,17 +62,6 @@ class Rollout:
         loop = ClosedLoop(self.controller, self.integrator)
         return EpisodeProgram(loop, None if needs is None else tuple(needs))
 
-    def recorder(self, body: Body) -> Recorder:
-        """Return the channels recorded on this body: those that the summary needs, else all.
-
-        Args:
-            body: the body.
-
-        Raises:
-            TegotaeError: if the summary needs an undeclared channel.
-        """
-        return self.program.recorder(body)
-
     def run(
         self,
         weights: Any,
@@ -103,7 +91,7 @@ class Rollout:
         body.check_tick(self.timing.tick_s)
         check_senses(self.controller, body)
         check_scenario(scenario, body, self.controller.oscillator, self.timing)
-        self.recorder(body)
+        self.program.recorder(body)
         lanes = as_lanes(self.controller, body, weights, scenario, dtype)
         _require_room(self, body, lanes.weights)
         return self.run_lanes(lanes, body)
@@ -147,7 +135,7 @@ def _require_room(rollout: Rollout, body: Body, weights: np.ndarray) -> None:
     """
     lanes, timing = weights.shape[-1], rollout.timing
     limbs = math.prod(rollout.controller.limb_shape)
-    frame = float(weights.itemsize) * len(rollout.recorder(body).channels) * limbs
+    frame = float(weights.itemsize) * len(rollout.program.recorder(body).channels) * limbs
     recorded_lanes = lanes if isinstance(rollout.summary, KeptChannels) else 0
     if selected() != NATIVE:
         recorded_lanes = 2 * recorded_lanes + xla.lanes_of_a_block(lanes)

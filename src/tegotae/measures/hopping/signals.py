@@ -203,13 +203,17 @@ def require_measurable(tick_s: float) -> None:
 
     Records are of whole control periods, and the mean force of each 20 ms is one of its metrics.
     """
-    ratio = FORCE_PERIOD_S / tick_s
-    if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6:
+    if not _divides(tick_s):
         raise TegotaeError(
             f"the control period is {tick_s:g} s; hops are measured with those of which "
             f"{FORCE_PERIOD_S:g} s is a whole multiple, such as 0.001, 0.002, 0.0025, 0.004, "
             "0.005, 0.01 and 0.02"
         )
+
+
+def _divides(period_s: float) -> bool:
+    ratio = FORCE_PERIOD_S / period_s
+    return round(ratio) >= 1 and abs(ratio - round(ratio)) <= 1e-6
 
 
 def smoothness(
@@ -237,13 +241,13 @@ def smoothness(
         >>> f"{float(smoothness(np.cumsum(0.02 * force, axis=0), 4.0, 0.02, 0.0)[0]):.3f}"
         '1.000'
     """
-    ratio = FORCE_PERIOD_S / frame_s
-    if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6:
+    if not _divides(frame_s):
         raise TegotaeError(
             f"frame_s is {frame_s:g}; the smoothness of actuation needs a recording period "
             f"of which {FORCE_PERIOD_S:g} s is a whole multiple"
         )
-    total = jnp.asarray(impulse_ns)[round(ratio) - 1 :: round(ratio)]
+    every = round(FORCE_PERIOD_S / frame_s)
+    total = jnp.asarray(impulse_ns)[every - 1 :: every]
     rate = jnp.diff(total, 2, axis=0) / FORCE_PERIOD_S**2
     # The j-th change is that from the (j+1)-th mean force to the next.
     begins = FORCE_PERIOD_S * jnp.arange(1, len(rate) + 1, dtype=rate.dtype)
