@@ -1,7 +1,5 @@
 """All tests run under JAX's strict promotion rules: no silent change of dtype or rank."""
 
-from __future__ import annotations
-
 import functools
 import gc
 import importlib

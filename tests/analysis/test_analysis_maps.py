@@ -1,7 +1,5 @@
 """Summaries of many rollouts: sweeps over gain and frequency, ridges, lockings and basins."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from functools import cache
 

@@ -1,7 +1,5 @@
 """A limit cycle looked at closely: its orbit, surface, phase response and multipliers."""
 
-from __future__ import annotations
-
 import dataclasses
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Fronts: the least cost over speed, whose points can be released again by name."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Lesions: what happens to a body halfway, and who stays up."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Maps of gaits over two parameters: what a cell is, which bodies cannot be, and what is kept."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 

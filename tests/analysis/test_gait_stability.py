@@ -1,7 +1,5 @@
 """Stability of gaits: return maps with known multipliers, and those of bodies that move."""
 
-from __future__ import annotations
-
 import jax.numpy as jnp
 import numpy as np
 import pytest

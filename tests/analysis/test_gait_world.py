@@ -1,7 +1,5 @@
 """Conditions of the gait analyses: ground, delay and noise of the senses, pushes."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

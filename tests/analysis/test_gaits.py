@@ -1,7 +1,5 @@
 """The gait laboratory on bodies that move: which gaits come about, and what the commands keep."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 

@@ -1,7 +1,5 @@
 """Quadruped G changes from walk to trot to gallop by its frequency alone."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Trained controllers in conditions that they never met: what is tried, kept, told and refused."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 

@@ -1,7 +1,5 @@
 """Oscillators in the place of the paper's: on bodies, in models, training, files and analyses."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Answers: which runs are paired, what an interval is called, and how sets are told apart."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Options are the subject's own values: every parameter of a method, and every body's fields."""
 
-from __future__ import annotations
-
 import dataclasses
 import inspect
 from collections.abc import Mapping

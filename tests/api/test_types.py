@@ -1,7 +1,5 @@
 """A type checker finds a wrong keyword in a user's script."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

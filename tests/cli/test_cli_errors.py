@@ -1,7 +1,5 @@
 """The command as a whole: help for people, one line for what goes wrong, and the exit status."""
 
-from __future__ import annotations
-
 import errno
 import inspect
 import os

@@ -1,7 +1,5 @@
 """Help at hand: a report for bugs, the TAB key, silence, and names for pictures."""
 
-from __future__ import annotations
-
 import json
 import shlex
 import subprocess

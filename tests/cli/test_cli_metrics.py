@@ -1,7 +1,5 @@
 """`tegotae metrics`: the metrics of hopping, of walking and of robots, and a user's own."""
 
-from __future__ import annotations
-
 import json
 
 from places import TESTS

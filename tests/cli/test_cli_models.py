@@ -1,7 +1,5 @@
 """`tegotae models`: the 218 models of the study and the short laws, as a table or as JSON."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """`tegotae simulate`: numbers, a plot, an animation; and one line for what it cannot simulate."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 import json

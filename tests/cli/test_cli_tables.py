@@ -1,7 +1,5 @@
 """Tables on the screen: split where a terminal is too narrow, whole elsewhere, never cut."""
 
-from __future__ import annotations
-
 import io
 import re
 

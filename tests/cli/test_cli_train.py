@@ -1,7 +1,5 @@
 """`tegotae train`: controllers and what they are made of, in a folder; Ctrl-C loses nothing."""
 
-from __future__ import annotations
-
 import csv
 import importlib.metadata
 import json

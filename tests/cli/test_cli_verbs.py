@@ -1,7 +1,5 @@
 """One verb a question, whatever the number of legs."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import sys

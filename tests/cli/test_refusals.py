@@ -1,7 +1,5 @@
 """Commands refuse what they cannot do in one line, before any work, and leave nothing behind."""
 
-from __future__ import annotations
-
 import os
 import shlex
 

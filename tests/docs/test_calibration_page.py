@@ -1,7 +1,5 @@
 """The page on the calibration says what its tables say."""
 
-from __future__ import annotations
-
 import importlib
 
 import pytest

@@ -1,7 +1,5 @@
 """Without a network the documentation shows its equations, in a real browser."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -1,7 +1,5 @@
 """The examples in the docstrings do what they say, in every module that has some."""
 
-from __future__ import annotations
-
 import doctest
 import importlib
 import inspect

@@ -1,7 +1,5 @@
 """Examples are short, run, draw a picture and check their result; the gallery is made of them."""
 
-from __future__ import annotations
-
 import re
 import runpy
 import sys

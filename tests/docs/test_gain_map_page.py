@@ -1,7 +1,5 @@
 """The page on the gain map says what its command says."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

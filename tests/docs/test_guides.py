@@ -1,7 +1,5 @@
 """The guides are followed literally, and the pages that list things list what there is."""
 
-from __future__ import annotations
-
 import ast
 import dataclasses
 import inspect

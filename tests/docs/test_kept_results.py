@@ -1,7 +1,5 @@
 """The results that come with the project: pages show what their tables say."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

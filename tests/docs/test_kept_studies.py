@@ -1,7 +1,5 @@
 """The kept tables of studies on legs and limits: pages show what they say."""
 
-from __future__ import annotations
-
 import fnmatch
 import re
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """The labs run from top to bottom, show tables and figures, and fold a solution away each time."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

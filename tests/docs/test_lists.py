@@ -1,7 +1,5 @@
 """A public function is a command, and in every list of the pages; the test names what lacks it."""
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import pkgutil

@@ -1,7 +1,5 @@
 """Names are the field's terms, and each stands for one thing."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections import defaultdict

@@ -1,7 +1,5 @@
 """The paper about the software has the form of its journal, and numbers of the tables."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """Texts for people use the field's words, and every term of the project is in the glossary."""
 
-from __future__ import annotations
-
 import inspect
 import re
 from collections.abc import Iterator

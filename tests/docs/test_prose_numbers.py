@@ -1,7 +1,5 @@
 """Numbers in the prose of pages are those of their tables."""
 
-from __future__ import annotations
-
 import pytest
 
 from places import ROOT

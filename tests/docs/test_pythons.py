@@ -1,7 +1,5 @@
 """The Pythons that are declared are those that are tested."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 

@@ -1,7 +1,5 @@
 """The front page of the repository is short, and its commands do what it shows."""
 
-from __future__ import annotations
-
 import re
 import shlex
 

@@ -1,7 +1,5 @@
 """A release works where it is installed, without extras, and declares what it was tested with."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

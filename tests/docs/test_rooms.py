@@ -1,7 +1,5 @@
 """The rooms stand on each other as the page on architecture says."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The sidebar is short, pages are arranged by need, studies begin with results; no wide tables."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from pathlib import Path

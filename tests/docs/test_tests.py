@@ -1,7 +1,5 @@
 """The tests mirror the rooms, and share by helpers alone."""
 
-from __future__ import annotations
-
 import re
 
 from places import ROOT, TESTS

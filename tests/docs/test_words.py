@@ -1,7 +1,5 @@
 """Docstrings open with a verb or a noun, and names name their value; the shares may only fall."""
 
-from __future__ import annotations
-
 import pytest
 
 import words

@@ -1,7 +1,5 @@
 """The page on environments prints what it says it prints."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

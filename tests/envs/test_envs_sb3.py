@@ -1,7 +1,5 @@
 """Stable-Baselines3 takes the environments as they are, and a batch as a faster DummyVecEnv."""
 
-from __future__ import annotations
-
 import sys
 import warnings
 

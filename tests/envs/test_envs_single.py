@@ -1,7 +1,5 @@
 """The Gymnasium environments are the engine, tick by tick, and pay what can be paid by hand."""
 
-from __future__ import annotations
-
 import math
 import subprocess
 import sys

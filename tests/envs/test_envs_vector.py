@@ -1,7 +1,5 @@
 """A batch of hoppers is so many single ones, whatever the interface and its way of resetting."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

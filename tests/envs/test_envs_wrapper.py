@@ -1,7 +1,5 @@
 """Any environment with something like a contact force can be put under Tegotae control."""
 
-from __future__ import annotations
-
 import math
 import runpy
 import sys

@@ -1,7 +1,5 @@
 """The walk from a model of one's own to its measures is short."""
 
-from __future__ import annotations
-
 from pages import DOCS
 from readers import typed
 

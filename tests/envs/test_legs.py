@@ -1,7 +1,5 @@
 """Feet of any MuJoCo model go where they are commanded to, and say what they bear."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 

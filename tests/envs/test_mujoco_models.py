@@ -1,7 +1,5 @@
 """MuJoCo models as bodies: what they feel, that they move as the engine's, and that they learn."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import sys

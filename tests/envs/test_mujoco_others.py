@@ -1,7 +1,5 @@
 """MuJoCo models of other packages: what makes them fit, and that the wirings of the examples do."""
 
-from __future__ import annotations
-
 import dataclasses
 from importlib.util import find_spec
 

@@ -1,7 +1,5 @@
 """The walker's MuJoCo twin: it stands where the walker stands, and walks as the walker walks."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A law trained on a user's model is swept, played again, measured, drawn and filmed."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 import json

@@ -1,7 +1,5 @@
 """Anyone's policy on the hopper: what it sees and does, its surface, its portrait."""
 
-from __future__ import annotations
-
 import base64
 import io
 import json

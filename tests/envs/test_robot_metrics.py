@@ -1,7 +1,5 @@
 """A robot's episodes are measured by metrics of one contract, the package's own and users'."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

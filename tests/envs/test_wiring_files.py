@@ -1,7 +1,5 @@
 """Wirings as files, with scales from the model, and from a controller's file."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math

@@ -1,7 +1,5 @@
 """Figures by what they show: the data drawn, the data written beside them, and their commands."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 from pathlib import Path

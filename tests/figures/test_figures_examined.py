@@ -1,7 +1,5 @@
 """Details of figures: units, legends, frames and colours."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figures of how far training got, and of what that does to the verdicts."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

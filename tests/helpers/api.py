@@ -1,7 +1,5 @@
 """The public names: those that the pages of the API name."""
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import re

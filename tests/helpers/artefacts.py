@@ -16,8 +16,6 @@ Others rest on changed code of the package: their numbers are as before where `p
 bits. `--all` names them.
 """
 
-from __future__ import annotations
-
 import argparse
 import ast
 import fnmatch

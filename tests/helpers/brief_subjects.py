@@ -1,7 +1,5 @@
 """The benchmark's subjects in seconds: few starts, one condition, short episodes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from tegotae import Timing

@@ -1,7 +1,5 @@
 """An exported controller compiled as a shared library, and called from Python."""
 
-from __future__ import annotations
-
 import ctypes
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Controller files, made up."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from functools import cache

@@ -1,7 +1,5 @@
 """Workers without processes, which take a second or two to start."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any
@@ -21,7 +19,7 @@ class InlineWorkers:
             future.set_exception(error)
         return future
 
-    def __enter__(self) -> InlineWorkers:
+    def __enter__(self) -> "InlineWorkers":
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -1,7 +1,5 @@
 """Robots on random legs, as MJCF: chains of hinges and slides in any direction, all with servos."""
 
-from __future__ import annotations
-
 import numpy as np
 
 _HEAD = """<mujoco><option timestep="0.002"/><worldbody><geom type="plane" size="0 0 1"/>

@@ -7,8 +7,6 @@ Kept are trajectories (over horizons on which rounding cannot grow), two generat
 an evaluation, and the table of a smoke study.
 """
 
-from __future__ import annotations
-
 import sys
 
 import tegotae  # noqa: F401 - first, for it sets JAX up

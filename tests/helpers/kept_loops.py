@@ -8,8 +8,6 @@ and weights and fitness of three generations on a MuJoCo model. On the processor
 on, XLA gives them to the bit; on others the last digits differ.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Functions evaluated as native code, lane by lane."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Memory of this process, and how it is given back."""
 
-from __future__ import annotations
-
 import ctypes
 import gc
 import resource

@@ -1,7 +1,5 @@
 """A user's own metric, in a file of its own as a user would write it."""
 
-from __future__ import annotations
-
 import jax.numpy as jnp
 
 from tegotae.measures.hopping import Conditions, DerivedMetric, Episode, GaitMetric

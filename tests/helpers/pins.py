@@ -16,8 +16,6 @@ them on the earlier code there, and compare the later code with that. `kept_hopp
 `kept_loops.py` compare within tolerances, on any machine.
 """
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import dataclasses

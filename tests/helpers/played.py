@@ -1,7 +1,5 @@
 """The playground's engine, run in Node or in a browser, and the package's own run beside it."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import json

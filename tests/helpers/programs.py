@@ -1,7 +1,5 @@
 """The programs of this checkout: `tegotae`, and those beside the package."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any

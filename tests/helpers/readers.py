@@ -1,7 +1,5 @@
 """A reader who types what a page says, in a folder of the reader's own."""
 
-from __future__ import annotations
-
 import contextlib
 import glob
 import io

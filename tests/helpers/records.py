@@ -1,7 +1,5 @@
 """Records of a study, made up."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 
 import numpy as np

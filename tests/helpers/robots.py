@@ -1,7 +1,5 @@
 """Compiled controllers that drive the package's bodies, and the package's own runs beside."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import jax

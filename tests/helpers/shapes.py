@@ -3,8 +3,6 @@
 Run as a program with names of bodies, in a process of its own: checked modules are other modules.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 import importlib.util

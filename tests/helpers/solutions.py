@@ -3,8 +3,6 @@
 `make solutions` solves all anew and keeps it; so does `make test-thorough`, which compares.
 """
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import inspect

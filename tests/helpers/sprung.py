@@ -1,7 +1,5 @@
 """A robot on prismatic legs, at any size, as MJCF, whose template is known in advance."""
 
-from __future__ import annotations
-
 import math
 
 G = 9.81

@@ -1,7 +1,5 @@
 """Smoke studies in processes of their own, to be disturbed."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 import shutil

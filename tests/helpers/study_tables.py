@@ -1,7 +1,5 @@
 """Tables of a study, made up."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from research.reproduction.table import StudyTable, design_place, table_of_runs

@@ -1,7 +1,5 @@
 """Recordings of gaits with known answers, for the tests of the metrics."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

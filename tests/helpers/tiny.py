@@ -1,7 +1,5 @@
 """The smallest training that is one: seconds, not minutes. The tests share its compiled program."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 import json

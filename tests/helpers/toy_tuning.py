@@ -1,7 +1,5 @@
 """A search space whose trainings take no time, for tests of the search around them."""
 
-from __future__ import annotations
-
 import os
 import sys
 from dataclasses import dataclass

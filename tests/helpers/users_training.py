@@ -1,7 +1,5 @@
 """A short training of a user's own parts."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from tegotae.training.evolution import Evolution, Stopping

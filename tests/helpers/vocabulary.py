@@ -1,7 +1,5 @@
 """Words that the project does not use, and the field's words for them."""
 
-from __future__ import annotations
-
 NAMES = {
     "brought": "output",
     "crew": "pool",

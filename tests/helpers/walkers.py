@@ -1,7 +1,5 @@
 """The walkers of `walker_oracle` as the package has them, for tests and studies."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Environments to train on in tests: a scale that is stood on in turns, and ways to go wrong."""
 
-from __future__ import annotations
-
 import math
 import os
 import sys

@@ -1,7 +1,5 @@
 """A model that is trained on the scales of `wired_env.py`."""
 
-from __future__ import annotations
-
 from places import TESTS
 from tegotae.envs import Limb, Wiring
 from tegotae.envs.env_spec import EnvSpec

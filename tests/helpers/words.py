@@ -5,8 +5,6 @@ that open with a question word or a loose preposition, and the share of bound na
 pronoun, a participle or a particle; with `--list` also every place.
 """
 
-from __future__ import annotations
-
 import ast
 import re
 import sys

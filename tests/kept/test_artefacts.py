@@ -1,7 +1,5 @@
 """Every kept artefact belongs to a row that says how it is made; some checks of that."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter

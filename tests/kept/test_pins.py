@@ -1,7 +1,5 @@
 """Results are the same bits as before; `pins` says which, where, and how they are renewed."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The same bits everywhere: any width, any number of vectors, any processor, any neighbours."""
 
-from __future__ import annotations
-
 import functools
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Closed loops as native code, tick by tick beside XLA."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import jax

@@ -1,7 +1,5 @@
 """Episodes of many lanes as native code: what a kernel gives, and to whom."""
 
-from __future__ import annotations
-
 import jax.numpy as jnp
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """Operations and elementary functions as native code, against NumPy."""
 
-from __future__ import annotations
-
 import jax
 import jax.numpy as jnp
 import numpy as np

@@ -1,7 +1,5 @@
 """Reading of a trace: operations that move entries, those that stay a branch, and refusals."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

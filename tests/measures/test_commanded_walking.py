@@ -1,7 +1,5 @@
 """Fitness of a law for a range of commands: cheap for its speed, as fast as commanded."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import jax.numpy as jnp

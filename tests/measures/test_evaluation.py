@@ -1,7 +1,5 @@
 """The evaluation of controllers: five frequencies, a drop of the ground, a clamped phase."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

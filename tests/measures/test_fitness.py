@@ -1,7 +1,5 @@
 """The fitness of an episode: CoT⁻¹ + ΔΩ, what it does at rest, on failure, and between equals."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -346,7 +344,7 @@ class _Priced(_Highest):
     price: float = 1.0
 
     @property
-    def program(self) -> _Priced:
+    def program(self) -> "_Priced":
         return _Priced()
 
     @property

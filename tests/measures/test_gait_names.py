@@ -1,7 +1,5 @@
 """Lags and the names of gaits, on made-up data: no body moves here."""
 
-from __future__ import annotations
-
 import jax.numpy as jnp
 import numpy as np
 import pytest

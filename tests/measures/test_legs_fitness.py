@@ -1,7 +1,5 @@
 """Fitness of legs: a walk at a speed, hopping leg by leg; and terms for legs."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import jax

@@ -1,7 +1,5 @@
 """CSV files of loggers and spreadsheets are read, or refused with line, cause and cure."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

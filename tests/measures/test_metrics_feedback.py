@@ -1,7 +1,5 @@
 """Measures of the use of feedback and of phase, on recordings made by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

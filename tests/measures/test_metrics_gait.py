@@ -1,7 +1,5 @@
 """The metrics of recorded gaits whose answers are known."""
 
-from __future__ import annotations
-
 import math
 import warnings
 

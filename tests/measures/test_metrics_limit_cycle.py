@@ -1,7 +1,5 @@
 """Limit cycles are found on the Poincaré section at the apex, and only where there are any."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One file makes a metric known everywhere; what is asked for is computed, and no more."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 

@@ -1,7 +1,5 @@
 """Peaks of the spectrum of height: where they are, how much of the power they hold."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st

@@ -1,7 +1,5 @@
 """Means with bootstrap intervals: reproducible, honest about what is undefined."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Anyone's recordings are measured: files, columns, units, and a reason for what is undefined."""
 
-from __future__ import annotations
-
 import json
 import math
 import sys

@@ -1,7 +1,5 @@
 """Recordings with noise are measured rightly, or it is said what cannot be told."""
 
-from __future__ import annotations
-
 import csv
 import importlib.util
 import json

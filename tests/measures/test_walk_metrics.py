@@ -1,7 +1,5 @@
 """Several legs are measured by metrics of one contract, the package's own and users'."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

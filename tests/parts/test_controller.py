@@ -1,7 +1,5 @@
 """The controller: terms put together, their weights in one vector, and what is refused."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import jax

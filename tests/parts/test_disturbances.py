@@ -1,7 +1,5 @@
 """Weak and late actuators, blows and ground that moves: against closed forms, and zero is none."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A body's numbers are found by name in one place, whatever is around the body."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The hopper: exact motion in closed form, contacts inside the tick, energy, validation."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import partial

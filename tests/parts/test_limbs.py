@@ -1,7 +1,5 @@
 """Controllers and bodies with several limbs: what the limb axis promises."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """Elementary functions: what their errors are, and that sums of ratios are sums of ratios."""
 
-from __future__ import annotations
-
 import jax.numpy as jnp
 import numpy as np
 import pytest

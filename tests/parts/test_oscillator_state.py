@@ -1,7 +1,5 @@
 """Oscillators with state of their own, with weights, with or without a phase."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import jax

@@ -1,7 +1,5 @@
 """The phase oscillator, its clamped form, and the elementary functions that carry a phase."""
 
-from __future__ import annotations
-
 import jax
 import jax.numpy as jnp
 import numpy as np

@@ -1,7 +1,5 @@
 """Fields that say what they may be: what is not so is refused in one line, by the field's name."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

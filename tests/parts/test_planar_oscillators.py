@@ -1,7 +1,5 @@
 """Hopf, van der Pol and Matsuoka oscillators: what the literature says of them, by themselves."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import partial

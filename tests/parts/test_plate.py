@@ -1,7 +1,5 @@
 """The plate: what hopper legs under a body that pitches, rolls and may twist promise."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """Sensors that are late and noisy, before any body."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The terms of a controller: Action, Reaction, Gain and Actuation, vanilla and learned."""
 
-from __future__ import annotations
-
 import math
 
 import jax

@@ -1,7 +1,5 @@
 """The torso that walks: its mechanics against closed forms, its symmetries, and what it refuses."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

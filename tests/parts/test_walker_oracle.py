@@ -1,7 +1,5 @@
 """The walker's equations solved adaptively: that solver held to physics, and the engine to it."""
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 

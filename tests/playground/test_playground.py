@@ -1,7 +1,5 @@
 """The playground's engine does what the package does, and learns as it learns."""
 
-from __future__ import annotations
-
 import dataclasses
 import gzip
 import json

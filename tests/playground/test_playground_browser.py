@@ -1,7 +1,5 @@
 """The playground in a browser: every control does what it says, by mouse, keyboard and touch."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

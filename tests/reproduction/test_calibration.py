@@ -1,7 +1,5 @@
 """Readings that agree with what the paper says of V: scores, posterior, and the run over them."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

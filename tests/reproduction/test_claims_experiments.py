@@ -1,7 +1,5 @@
 """Claims that have experiments of their own: made-up tables with known effects."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

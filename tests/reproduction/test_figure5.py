@@ -1,7 +1,5 @@
 """The eight panels of the paper's Fig. 5, of controllers made by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

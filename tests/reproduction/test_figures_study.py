@@ -1,7 +1,5 @@
 """Fig. 2: metrics in their units, per architecture and training frequency."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

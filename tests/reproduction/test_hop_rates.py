@@ -1,7 +1,5 @@
 """Hop rates over ω, on made-up episodes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

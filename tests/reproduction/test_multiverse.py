@@ -1,7 +1,5 @@
 """The claims over what the paper leaves open: readings, verdicts under them, what decides them."""
 
-from __future__ import annotations
-
 import math
 import os
 import signal

@@ -1,7 +1,5 @@
 """The physical optimum: closed forms, two methods, a bound that holds, and what it refuses."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import sys

@@ -1,7 +1,5 @@
 """The report works in a browser: alone, sortable, filterable, moving, on any screen."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

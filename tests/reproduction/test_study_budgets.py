@@ -1,7 +1,5 @@
 """Runs after each budget of training, and how they ended."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

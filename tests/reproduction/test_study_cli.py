@@ -1,7 +1,5 @@
 """`python -m research.reproduction`: folders, tables, merges and refusals."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 import errno

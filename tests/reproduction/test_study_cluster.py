@@ -1,7 +1,5 @@
 """The study on Dask: the same numbers, whatever becomes of a worker."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """A record keeps the gait of its best run, and the report draws that without a rollout."""
 
-from __future__ import annotations
-
 import base64
 import dataclasses
 

@@ -1,7 +1,5 @@
 """A user's metric is measured in a study, in processes that know nothing of its file, and shown."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import pickle

@@ -1,7 +1,5 @@
 """A study gives the same table on processors with other vectors."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """A study's records are whole or not there, and its folder holds one study only."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A study that is killed, anywhere and at any time, ends in the numbers of an undisturbed one."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 import random

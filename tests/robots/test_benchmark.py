@@ -1,7 +1,5 @@
 """The benchmark of sparse sensing: what an episode and an entry score, and what is kept."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass
 from typing import ClassVar

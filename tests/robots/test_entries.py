@@ -1,7 +1,5 @@
 """Entries of the benchmark: five kinds of one controller score alike, and a bad one is refused."""
 
-from __future__ import annotations
-
 import dataclasses
 import shutil
 from importlib.util import find_spec

@@ -1,7 +1,5 @@
 """Exported controllers drive the package's bodies: the same hops as the package's own run."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import jax

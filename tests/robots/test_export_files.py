@@ -1,7 +1,5 @@
 """An export on disk: complete, checked by its own program, or refused before it is written."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import re

@@ -1,7 +1,5 @@
 """Exported laws on a robot's legs: the inverse kinematics in C are those of the package."""
 
-from __future__ import annotations
-
 import ctypes
 import importlib
 import subprocess

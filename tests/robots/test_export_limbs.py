@@ -1,7 +1,5 @@
 """Controllers that were trained on an environment as C: the same limbs, in the same closed loop."""
 
-from __future__ import annotations
-
 import dataclasses
 import subprocess
 

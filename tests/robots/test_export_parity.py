@@ -1,7 +1,5 @@
 """Exported controllers against the package, tick by tick: the same numbers, and never a bad one."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 

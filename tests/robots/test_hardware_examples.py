@@ -1,7 +1,5 @@
 """The examples of robots: a serial leg whose packets survive a bad cable, and a node of ROS 2."""
 
-from __future__ import annotations
-
 import array
 import importlib
 import runpy

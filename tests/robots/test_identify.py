@@ -1,7 +1,5 @@
 """Identify a controller from a log: the body behind a recording, and the needs of the recording."""
 
-from __future__ import annotations
-
 import importlib.util
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Legs of a model are what is assumed of them, or are refused or remarked on in one line."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 

@@ -1,7 +1,5 @@
 """The node of a legged robot: it walks a model over a bad link, within its limits, and replays."""
 
-from __future__ import annotations
-
 import importlib
 import io
 import runpy

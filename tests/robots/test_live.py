@@ -1,7 +1,5 @@
 """A live controller gives what the simulator computes, and keeps its promises when driven."""
 
-from __future__ import annotations
-
 import contextlib
 import copy
 import dataclasses

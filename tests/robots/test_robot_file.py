@@ -1,7 +1,5 @@
 """A robot is a file: written with a first wiring, read, trained upon, and refused with a line."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Entries that are code of their authors run apart, and end; a manifest describes its program."""
 
-from __future__ import annotations
-
 import json
 import shutil
 

@@ -1,7 +1,5 @@
 """A legged MuJoCo model gets the walker that stands for it, every number with its reason."""
 
-from __future__ import annotations
-
 import math
 import re
 import tomllib

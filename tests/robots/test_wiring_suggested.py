@@ -1,7 +1,5 @@
 """A model suggests a wiring: the one that people wrote by hand, each entry with its reason."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 import subprocess

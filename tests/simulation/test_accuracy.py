@@ -4,8 +4,6 @@ The promise holds for non-chaotic rollouts of laws that are not stiff; which are
 oracle says (`is_non_chaotic`). Stiff learned laws are in the convergence study.
 """
 
-from __future__ import annotations
-
 import itertools
 from functools import cache
 from math import pi, sqrt

@@ -1,7 +1,5 @@
 """Training under changing conditions: what is drawn, who meets it, and what is refused."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 

@@ -1,7 +1,5 @@
 """The kernel of the benchmarks makes the engine's numbers: a third way to the same equations."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

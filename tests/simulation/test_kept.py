@@ -3,8 +3,6 @@
 `kept_hopper` and `kept_loops` say how it was kept.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Native code does what XLA does, tick by tick and to rounding, and gives one set of bits."""
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 import gc

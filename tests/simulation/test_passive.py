@@ -1,7 +1,5 @@
 """A body of a user's own is dropped without a push before it is trained or evaluated."""
 
-from __future__ import annotations
-
 import warnings
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Batched rollouts: shapes, events, ground drops, contained failures, reproducibility."""
 
-from __future__ import annotations
-
 import math
 import os
 import subprocess

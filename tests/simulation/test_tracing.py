@@ -1,7 +1,5 @@
 """A control tick is traced once, whatever is recorded of it and however often it is compiled."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Conditions of a lane: bodies that differ from lane to lane, and changes during a rollout."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import jax.numpy as jnp

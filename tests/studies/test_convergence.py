@@ -1,7 +1,5 @@
 """The study of the integrator reads and solves the zoo's trained laws."""
 
-from __future__ import annotations
-
 
 def test_the_errors_of_the_zoos_trained_laws_are_measured(study, monkeypatch):
     convergence = study("convergence.run")

@@ -1,7 +1,5 @@
 """The film: a scene lasts as long as it should, is made once, and what is wrong is said first."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """Laws on Go1's feet: tables of the kept episodes, and the law that is built from another."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

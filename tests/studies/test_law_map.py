@@ -1,7 +1,5 @@
 """The map of short laws: Tegotae's law is one of them, and a small map is whole and goes on."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

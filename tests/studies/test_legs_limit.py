@@ -1,7 +1,5 @@
 """The limit of a walker's cost of transport: what is proved holds, and what was found is best."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

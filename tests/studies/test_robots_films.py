@@ -1,7 +1,5 @@
 """The films of robots: panels side by side, as long as their shortest."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PIL import Image

@@ -1,7 +1,5 @@
 """Tuning: what may be tried is valid, bad settings are pruned, a killed search goes on."""
 
-from __future__ import annotations
-
 import dataclasses
 import inspect
 import json

@@ -1,7 +1,5 @@
 """The study of the cost of transport counts the work of a leg's axes by themselves."""
 
-from __future__ import annotations
-
 import jax.numpy as jnp
 import pytest
 

@@ -1,7 +1,5 @@
 """Input of any console: plain spellings, closed streams, Ctrl-C before anything is loaded."""
 
-from __future__ import annotations
-
 import importlib.metadata
 import io
 import os

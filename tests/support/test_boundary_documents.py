@@ -1,7 +1,5 @@
 """Documents are held against a schema: a line that names the file, the entry, what is there."""
 
-from __future__ import annotations
-
 import json
 import os
 import struct

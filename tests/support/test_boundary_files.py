@@ -1,7 +1,5 @@
 """Hostile files and parts from elsewhere: each is refused in one line, before any work."""
 
-from __future__ import annotations
-
 import io
 import warnings
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Unreasonable requests are refused before any work starts, with the memory that it would need."""
 
-from __future__ import annotations
-
 import os
 import stat
 import subprocess

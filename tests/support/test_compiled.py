@@ -1,7 +1,5 @@
 """Compiled code is kept for the next process, and only what is whole and of this user is run."""
 
-from __future__ import annotations
-
 import errno
 import os
 

@@ -1,7 +1,5 @@
 """Choice of the engine: native code where it can run, XLA elsewhere, as `engine` reports."""
 
-from __future__ import annotations
-
 import re
 import warnings
 from importlib.metadata import PackageNotFoundError

@@ -1,7 +1,5 @@
 """Side effects of importing the package: none."""
 
-from __future__ import annotations
-
 import ast
 import json
 import os

@@ -1,7 +1,5 @@
 """One program at a time in a folder, and a lock that harms nothing."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """The code of a user's part is part of all that was made with it: an edited one is refused."""
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 import sys

@@ -1,7 +1,5 @@
 """Worker processes are started whole, or not at all."""
 
-from __future__ import annotations
-
 import signal
 import threading
 

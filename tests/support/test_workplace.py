@@ -1,7 +1,5 @@
 """A folder is for one kind of work, and work that is begun anew loses nothing."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """A document is data: what it refers to runs after the user has named it, and not before."""
 
-from __future__ import annotations
-
 import contextlib
 import copy
 import json

@@ -1,7 +1,5 @@
 """Controllers read from a folder: every file of it, or one line on the one that cannot be."""
 
-from __future__ import annotations
-
 import errno
 import os
 import shutil

@@ -1,7 +1,5 @@
 """A controller file is read back as it was written, or refused in one line."""
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 import json

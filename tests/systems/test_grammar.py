@@ -1,7 +1,5 @@
 """The grammar of recipes, one for the hopper and for legs."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 

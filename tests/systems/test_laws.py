@@ -1,7 +1,5 @@
 """Short laws: names, numbers, and that they are what their formulas say."""
 
-from __future__ import annotations
-
 import jax.numpy as jnp
 import numpy as np
 import pytest

@@ -3,8 +3,6 @@
 The metrics of hopping are those of one leg. Whatever needs them says so before any work.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math

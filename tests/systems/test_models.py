@@ -1,7 +1,5 @@
 """The 218 models of the study: how many, how they are called, how large they are."""
 
-from __future__ import annotations
-
 import itertools
 from collections import Counter
 

@@ -1,7 +1,5 @@
 """Presets: the paper's hopper, and another program's exact rules, checked against those rules."""
 
-from __future__ import annotations
-
 from math import cos, pi
 
 import numpy as np

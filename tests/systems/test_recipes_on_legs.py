@@ -1,7 +1,5 @@
 """Recipes on legs: terms of a controller on a legged system, by name; and how it is judged."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 

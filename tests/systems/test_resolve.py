@@ -1,7 +1,5 @@
 """One name, one meaning, whatever the question: recipes, systems, files, own objects."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One rollout for people: what its summary says, and what is refused before it begins."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math

@@ -1,7 +1,5 @@
 """A user's own parts, from a file outside the package, are trained, kept, judged and studied."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import subprocess

@@ -1,7 +1,5 @@
 """A walker in a file of its own is named as those of the package are."""
 
-from __future__ import annotations
-
 import pandas as pd
 import pytest
 

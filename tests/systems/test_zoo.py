@@ -1,7 +1,5 @@
 """Trained controllers by name: what the zoo hands out is what the study found."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess

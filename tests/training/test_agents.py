@@ -1,7 +1,5 @@
 """SAC and PPO learn PGPE's own policy, into the same files, or say why they cannot."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 import json

@@ -1,7 +1,5 @@
 """CMA-ES with as many weights as the paper's controllers have."""
 
-from __future__ import annotations
-
 import ctypes
 import subprocess
 import sys

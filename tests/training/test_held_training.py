@@ -1,7 +1,5 @@
 """A training may hold the controller over its ticks, as a robot does."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import pytest

@@ -1,7 +1,5 @@
 """Learning curves of any algorithm are read onto the same scales, compared, and drawn."""
 
-from __future__ import annotations
-
 import csv
 import json
 

@@ -1,7 +1,5 @@
 """PGPE: its update re-derived in NumPy, and the training of several seeds at once."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from functools import cache

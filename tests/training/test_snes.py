@@ -1,7 +1,5 @@
 """SNES: its update re-derived in NumPy, and a climb."""
 
-from __future__ import annotations
-
 import jax
 import jax.numpy as jnp
 import numpy as np

@@ -1,7 +1,5 @@
 """The end of a training: on made-up curves that rise, stay, jump late, or are noisy."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A training on disk: stopped in any way it goes on, and ends in the same numbers."""
 
-from __future__ import annotations
-
 import dataclasses
 import errno
 import json

@@ -1,7 +1,5 @@
 """PPO and SAC learn limbs on any environment, by the fitness, files and starts of PGPE."""
 
-from __future__ import annotations
-
 import dataclasses
 import warnings
 from typing import Any

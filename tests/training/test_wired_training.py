@@ -1,7 +1,5 @@
 """Training on anyone's environment: the same runs, files and ends, whatever goes wrong in it."""
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import json
