@@ -28,7 +28,7 @@ import pandas as pd
 
 from research.frame import main, markdown_table
 from research.reproduction.hop_rates import nearer_resonance
-from tegotae._support.errors import require_finite, unknown
+from tegotae._support.errors import require_finite, require_known
 from tegotae._support.files import output_folder
 from tegotae._support.tables import write_csv
 from tegotae.figures.learning_curves import algorithms_figure
@@ -84,8 +84,7 @@ class Figure3:
         output_folder(self.out)
         tables = output_folder(self.out if self.tables is None else self.tables)
         for arm in self.arms:
-            if arm not in ARMS:
-                raise unknown("algorithm", arm, ARMS)
+            require_known("algorithm", arm, ARMS)
             for model in self.models:
                 begun = time.monotonic()
                 self.train(arm, model)

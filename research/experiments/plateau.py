@@ -25,7 +25,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from research.frame import main, markdown_table, write_text
-from tegotae._support.errors import unknown
+from tegotae._support.errors import require_known
 from tegotae._support.files import output_folder
 from tegotae._support.tables import parse_numbers, read_csv
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
@@ -88,8 +88,7 @@ class Plateau:
             self._tell()
             return
         for name in self.settings:
-            if name not in SETTINGS:
-                raise unknown("setting", name, SETTINGS)
+            require_known("setting", name, SETTINGS)
         output_folder(self.out)
         rows: list[tuple] = []
         curves: dict[tuple[str, str], tuple[np.ndarray, np.ndarray]] = {}

@@ -22,7 +22,7 @@ from PIL import Image
 
 from research.films.scenes import BLACK, SCENES, Scene
 from research.frame import Place, main
-from tegotae._support.errors import TegotaeError, require_count, require_finite, unknown
+from tegotae._support.errors import TegotaeError, require_count, require_finite, require_known
 from tegotae._support.files import output_folder, write_atomically
 from tegotae._support.progress import note, reporting
 from tegotae.figures.animation import GifWriter, animated
@@ -86,8 +86,7 @@ class Film:
         require_finite("fps", self.fps, least=2.0, most=25.0)
         require_count("quality", self.quality, least=0, most=100)
         for name in self.scenes:
-            if name not in SCENES:
-                raise unknown("scene", name, SCENES)
+            require_known("scene", name, SCENES)
         names = [name for name in self.scenes if _possible(name)]
         if not names:
             raise TegotaeError("no scene is left; name another, such as --scenes hop")

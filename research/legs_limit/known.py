@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.errors import require_finite, unknown
+from tegotae._support.errors import require_finite, require_known
 from tegotae._support.tables import parse_csv, parse_numbers
 from tegotae.parts.bodies import Walker
 
@@ -132,8 +132,7 @@ def limit(speed: ArrayLike, feet: str = "free") -> np.ndarray:
         >>> bool(limit(0.3) <= limit(0.3, "ellipse"))
         True
     """
-    if feet not in FEET:
-        raise unknown("kind of feet", feet, FEET)
+    require_known("kind of feet", feet, FEET)
     table = limit_table()
     mask = table["feet"] == feet
     speeds, cost = table["speed"][mask], np.log(table["cost_of_transport"][mask])

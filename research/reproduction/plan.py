@@ -13,7 +13,7 @@ from functools import partial
 
 from research.reproduction.unit import FORMAT, Unit, metrics_document
 from tegotae._support.documents import Document, differing
-from tegotae._support.errors import TegotaeError, require_count, unknown
+from tegotae._support.errors import TegotaeError, require_count, require_known, unknown
 from tegotae.measures.evaluation import Protocol, require_evaluable
 from tegotae.measures.hopping.metrics import HOPPING, DerivedMetric
 from tegotae.measures.metric import Metric
@@ -189,8 +189,7 @@ def plan(scale: str, models: str | Sequence[str] = "*", extra: Sequence[Experime
         TegotaeError: for an unknown scale, a pattern that matches none of the scale's models, or
             two experiments of the same name.
     """
-    if scale not in _SCALES:
-        raise unknown("scale", scale, _SCALES)
+    require_known("scale", scale, _SCALES)
     full = _SCALES[scale]()
     patterns = [models] if isinstance(models, str) else models
     experiments = matching(full.experiments, patterns, or_none=bool(extra))

@@ -49,11 +49,11 @@ def main(names: list[str]) -> None:
     """Print the shape of each body's recorded heights."""
     _make_shapes_checkable()
     install_import_hook(["tegotae.parts", "tegotae.simulation"], "shapes.checked")
-    from tegotae.parts.bodies import Actuators, Blows, Hopper, Sensors
+    from tegotae.parts.bodies import Actuators, Blows, Hopper, Plate, Sensors
     from tegotae.simulation.rollout import Timing
     from tegotae.systems.recipe import recipe
     from tegotae.systems.system import System
-    from tegotae.systems.vanilla import SYSTEMS, bar, plate
+    from tegotae.systems.vanilla import SYSTEMS, hopping as legs_under
 
     def hopping(body):
         return System(controller=recipe("V-reflex-w8").controller(), body=body, omega=8.0), (1.0,)
@@ -64,8 +64,8 @@ def main(names: list[str]) -> None:
     created = {
         "hopper": lambda: hopping(Hopper()),
         "wrapped hopper": lambda: hopping(Blows(body=Actuators(body=Sensors(body=Hopper())))),
-        "bar": lambda: legged(bar(1.0)),
-        "plate": lambda: legged(plate(1.0, 1.0, 1.0)),
+        "bar": lambda: legged(SYSTEMS["bar-light"]()),
+        "plate": lambda: legged(legs_under("", Plate(twist_inertia_ratio=1.0))),
         "walker": lambda: legged(SYSTEMS["quadruped-c"]()),
     }
     for name in names:

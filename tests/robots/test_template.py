@@ -17,7 +17,7 @@ from sprung import CENTRE, DAMPING, FOOT, FRICTION, HIPS, INERTIA, STIFFNESS, sp
 from tegotae import TegotaeError
 from tegotae.cli import main
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
-from tegotae.systems.vanilla import legged_named, walker_of
+from tegotae.systems.vanilla import legged_named, legged_of
 from tegotae_robots.models.step_response import StepResponse
 from tegotae_robots.models.template import fit_template
 
@@ -173,7 +173,7 @@ def test_a_stance_that_is_fast_gets_a_shorter_control_tick():
     stiff = re.sub(r'(joint="slide\d" kp)="[\d.]+"', r'\1="5000"', ROBOT)
     result = fitted(stiff)
     assert result.document["ticks"] in (0.5, 0.25)
-    assert walker_of(result.document).timing.tick_s < legged_named("quadruped-c").timing.tick_s
+    assert legged_of(result.document).timing.tick_s < legged_named("quadruped-c").timing.tick_s
 
 
 @pytest.mark.parametrize(
@@ -214,7 +214,7 @@ def test_the_command_writes_a_walker_whose_file_is_a_systems_name(robot_file, ca
     assert "tegotae train AR@robot.toml" in message
     text = Path("robot.toml").read_text()
     assert "# contacts of the feet with the ground" in text
-    assert legged_named("robot.toml") == walker_of(tomllib.loads(text))
+    assert legged_named("robot.toml") == legged_of(tomllib.loads(text))
     assert tomllib.loads(text)["body"]["stiffness_x_n_per_m"] == STIFFNESS[0]
 
 

@@ -23,7 +23,7 @@ from tegotae.systems.controller_file import SavedController
 from tegotae.systems.descriptions import restore
 from tegotae.systems.parts_by_name import body_text
 from tegotae.systems.resolve import resolve
-from tegotae.systems.vanilla import walker_of
+from tegotae.systems.vanilla import legged_of
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import UserObjective
 from tegotae.training.settings import load_configuration
@@ -79,7 +79,7 @@ DOCUMENTS = {
     ),
     "walker": (
         lambda: {"about": "mine", "sigma": 1.0, "omega": 2.0, "foot": {"stride_m": 0.2}},
-        lambda path: walker_of(documents.read(path)),
+        lambda path: legged_of(documents.read(path)),
     ),
 }
 """Every kind of document with references, or names, as JSON values, and what reads its file."""

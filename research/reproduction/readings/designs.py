@@ -20,7 +20,7 @@ from research.reproduction.readings.readings import (
     sample_readings,
 )
 from tegotae._support import tables
-from tegotae._support.errors import TegotaeError, require_count, unknown
+from tegotae._support.errors import TegotaeError, lookup, require_count
 from tegotae.parts.bodies import Hopper
 
 CALIBRATED_TABLE = Path(__file__).with_name("calibrated.csv")
@@ -86,9 +86,7 @@ def design_named(name: str) -> ReadingDesign:
     Raises:
         TegotaeError: for an unknown one.
     """
-    if name not in DESIGNS:
-        raise unknown("design of readings", name, DESIGNS)
-    return DESIGNS[name]
+    return lookup("design of readings", name, DESIGNS)
 
 
 def design_of(names: Iterable[str]) -> ReadingDesign | None:

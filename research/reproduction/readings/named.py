@@ -8,7 +8,7 @@ from pathlib import Path
 
 from research.reproduction.options import HopperParameters
 from tegotae._support import documents
-from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.errors import TegotaeError, require_known, unknown
 from tegotae.api.experiments import adjusted, with_parts
 from tegotae.parts.fields import replace
 from tegotae.systems.experiment import Experiment
@@ -159,8 +159,7 @@ def reading_named(name: str) -> ReadingOptions:
         values = documents.fitted(documents.read(file), dict)
         options = [field.name for field in fields(ReadingOptions)]
         for option in values:
-            if option not in options:
-                raise unknown("option", option, options)
+            require_known("option", option, options)
         return documents.fitted(values, ReadingOptions)
     except FileNotFoundError:
         raise TegotaeError(f"cannot read the reading {name}: there is no such file") from None

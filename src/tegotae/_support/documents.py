@@ -9,7 +9,7 @@ import re
 import reprlib
 import tomllib
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
@@ -64,6 +64,25 @@ def read(path: Path | Traversable) -> Json:
     if len(content) > MOST_BYTES:
         raise DamagedDocumentError(f"it is larger than {MOST_BYTES >> 20} MiB")
     return parse_toml(content) if path.name.endswith(".toml") else parse_json(content)
+
+
+def read_as(path: Path, kind: str, convert: Callable[[Json], T]) -> T:
+    """Return what a file describes.
+
+    Args:
+        path: the file, JSON or TOML.
+        kind: what it is to describe, for errors, such as "body".
+        convert: from the file's value to what it describes.
+
+    Raises:
+        TegotaeError: if there is no file, or it describes something else.
+    """
+    try:
+        return convert(read(path))
+    except FileNotFoundError:
+        raise TegotaeError(f"there is no file {path}") from None
+    except TegotaeError as error:
+        raise TegotaeError(f"{path} is no {kind}: {error}") from None
 
 
 def parse_json(content: bytes | str) -> Any:

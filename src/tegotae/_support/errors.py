@@ -7,9 +7,12 @@ import importlib
 import math
 import operator
 import reprlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from types import ModuleType
+from typing import TypeVar
+
+T = TypeVar("T")
 
 _LONGEST = 600
 """Longest message [characters]."""
@@ -170,6 +173,32 @@ def unknown(kind: str, name: str, names: Iterable[str]) -> TegotaeError:
     listed = f"{'some that are' if len(names) > 12 else 'known'}: {', '.join(names[:12])}"
     hint = f"did you mean {', '.join(close)}?" if close else listed if names else "there is none"
     return TegotaeError(f"no {kind} is called {reprlib.repr(name)}; {hint}")
+
+
+def require_known(kind: str, name: object, names: Collection[object]) -> None:
+    """Raise `TegotaeError` unless a name is among the known ones, with the nearest of them.
+
+    Args:
+        kind: what is named, such as "leg of this body".
+        name: the name.
+        names: the known ones.
+    """
+    if name not in names:
+        raise unknown(kind, str(name), map(str, names))
+
+
+def lookup(kind: str, name: str, table: Mapping[str, T]) -> T:
+    """Return the entry of a table by its name.
+
+    Raises:
+        TegotaeError: for an unknown name, with the nearest ones.
+
+    Example:
+        >>> lookup("leg", "left", {"left": 0, "right": 1})
+        0
+    """
+    require_known(kind, name, table)
+    return table[name]
 
 
 _CPU_TORCH = "pip install torch --index-url https://download.pytorch.org/whl/cpu"

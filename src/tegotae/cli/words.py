@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal, get_args, get_origin
 
-from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.errors import TegotaeError, require_known
 from tegotae.api.parameters import Option
 from tegotae.cli.program import WIDTH, examples_text
 
@@ -64,8 +64,7 @@ def values_of(
     flags = {flag_of(option): option for option in candidates}
     values: dict[str, Any] = {}
     for flag, words in options:
-        if flag not in flags:
-            raise unknown(f"option of {subject}", flag, flags)
+        require_known(f"option of {subject}", flag, flags)
         option = flags[flag]
         value = _value(flag, option.kind, words)
         value = option.value is not True if option.kind is bool else value

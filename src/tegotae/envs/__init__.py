@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tegotae._support.errors import require, unknown
+from tegotae._support.errors import require, require_known
 
 gymnasium = require("gymnasium", "gym")
 
@@ -94,8 +94,7 @@ def make_sb3(
         >>> vec_env.reset().shape
         (64, 3)
     """
-    if name not in ENVIRONMENTS:
-        raise unknown("environment", name, ENVIRONMENTS)
+    require_known("environment", name, ENVIRONMENTS)
     from tegotae.envs.sb3 import HopperVecEnv
 
     return HopperVecEnv(hopper_settings_of(ENVIRONMENTS[name], settings), num_envs, render_mode)

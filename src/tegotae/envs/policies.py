@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.errors import TegotaeError, other_code, require, unknown
+from tegotae._support.errors import TegotaeError, other_code, require, require_known
 from tegotae._support.files import require_short, require_small
 from tegotae.envs.settings import Chosen, CommandedForce, HopperSettings, TegotaeHopperSettings
 from tegotae.parts.bodies import Hopper
@@ -96,8 +96,7 @@ class Meaning(Part):
     step_s: float = finite(0.01, least=_TICK_S, most=0.02)
 
     def __post_init__(self) -> None:
-        if self.acts not in _ACTS:
-            raise unknown("kind of action", self.acts, _ACTS)
+        require_known("kind of action", self.acts, _ACTS)
         super().__post_init__()
         ticks = self.step_s / _TICK_S
         if abs(ticks - round(ticks)) > 1e-6:

@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require_count, require_finite, unknown
+from tegotae._support.errors import TegotaeError, require_count, require_finite, require_known
 from tegotae.measures.hopping.signals import check_work, cot_inverse
 from tegotae.parts._shapes import Numeric
 from tegotae.parts.bodies import Body, Hopper, require_one_limb
@@ -235,8 +235,7 @@ class HopperSettings(Part):
                 value = random.uniform(*value)
             values[name] = float(value)
         for name, value in options.items():
-            if name not in self.CHOSEN:
-                raise unknown("option of reset", str(name), self.CHOSEN)
+            require_known("option of reset", name, self.CHOSEN)
             _check_number(name, value)
             values[name] = float(value)
         return Scenario(**{"omega": 0.0, **values})
@@ -269,8 +268,7 @@ class HopperSettings(Part):
                 f"the observation is empty; name at least one of {', '.join(options)}"
             )
         for name in self.observation:
-            if name not in options:
-                raise unknown("observation of this environment", str(name), options)
+            require_known("observation of this environment", name, options)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -301,8 +299,7 @@ class TegotaeHopperSettings(HopperSettings):
 
     def __post_init__(self) -> None:
         if isinstance(self.actuation, str):
-            if self.actuation not in ACTUATIONS:
-                raise unknown("actuation", self.actuation, ACTUATIONS)
+            require_known("actuation", self.actuation, ACTUATIONS)
             object.__setattr__(self, "actuation", ACTUATIONS[self.actuation])
         if not isinstance(self.actuation, Actuation) or self.actuation.n_weights:
             raise TegotaeError(
@@ -349,8 +346,7 @@ def _converted(kind: type[K], name: str, value: object, default: type[K]) -> K:
 def _construct(kind: type[K], role: str, arguments: Mapping[str, Any]) -> K:
     names = [field.name for field in dataclasses.fields(cast(Any, kind))]
     for name in arguments:
-        if name not in names:
-            raise unknown(role, str(name), names)
+        require_known(role, name, names)
     return kind(**arguments)
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from tegotae._support.errors import TegotaeError, require, require_finite, unknown
+from tegotae._support.errors import TegotaeError, require, require_finite, require_known, unknown
 from tegotae._support.files import read_arrays
 from tegotae._support.progress import note
 from tegotae._support.tables import parse_number
@@ -461,8 +461,7 @@ def _assignment(columns: Mapping[str, Collection[object]], words: str) -> tuple[
     quantity, _, column = str(words).partition("=")
     if not column:
         raise TegotaeError(f"{words!r} names no column; write QUANTITY=COLUMN[UNIT]")
-    if quantity not in QUANTITIES:
-        raise unknown("quantity", quantity, QUANTITIES)
+    require_known("quantity", quantity, QUANTITIES)
     turned = column not in columns and column.startswith("-")
     column = column.removeprefix("-") if turned else column
     # The unit is part of the column's name, said behind it, or in the row below the names.

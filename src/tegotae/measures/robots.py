@@ -14,7 +14,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.errors import TegotaeError, require_known
 from tegotae.measures.hopping.gait import Measured, measure
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.metric import Catalogue, Metric
@@ -53,8 +53,7 @@ class EnvEpisode:
         Raises:
             TegotaeError: if nothing that is observed has this name.
         """
-        if name not in self.names:
-            raise unknown("entry of the observation", name, self.names)
+        require_known("entry of the observation", name, self.names)
         return self.observation[:, self.names.index(name)]
 
 

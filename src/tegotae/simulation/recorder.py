@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 import jax
 import jax.numpy as jnp
 
-from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.errors import TegotaeError, require_known
 from tegotae._support.transforms import shapes_of
 from tegotae.parts._shapes import MaskPerLane, PerCommand, PerLane, PerLimb
 from tegotae.parts.bodies import Body
@@ -291,8 +291,7 @@ class Recorder:
         channels = declared(controller, body)
         recorded = tuple(channels) if names is None else tuple(names)
         for name in recorded:
-            if name not in channels:
-                raise unknown("channel", name, channels)
+            require_known("channel", name, channels)
         served = [n for name in recorded for n in getattr(channels[name], "needs", ())]
         return cls({name: channels[name] for name in (*recorded, *served)}, recorded)
 

@@ -24,7 +24,7 @@ from tegotae._support.documents import (
     fitted,
     renamed_entries,
 )
-from tegotae._support.errors import TegotaeError, is_of, unknown
+from tegotae._support.errors import TegotaeError, is_of, require_known
 from tegotae.systems import registry
 
 T = TypeVar("T")
@@ -130,8 +130,7 @@ def _document_names(kinds: Sequence[type], path: str) -> list[str]:
         part for kind in kinds for part in registry.kinds().values() if issubclass(part, kind)
     ]
     fields = {f.name: (f, part) for part in parts or kinds for f in dataclasses.fields(part)}
-    if first not in fields:
-        raise unknown(f"field of a {kinds[0].__name__}", first, fields)
+    require_known(f"field of a {kinds[0].__name__}", first, fields)
     field, owner = fields[first]
     if not tail:
         return [document_name(field)]

@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 
 from tegotae._support import documents
-from tegotae._support.documents import DamagedDocumentError, JsonObject
+from tegotae._support.documents import DamagedDocumentError, Json, JsonObject
 from tegotae._support.errors import TegotaeError
 
 WIRING_FORMAT = "tegotae wiring"
@@ -177,15 +177,11 @@ def robot_document(path: Path | str) -> RobotDocument:
     Raises:
         TegotaeError: if it is no robot's, or damaged: which entry, and what should be there.
     """
-    path = Path(path)
-    try:
-        document = documents.fitted(documents.read(path), RobotDocument)
-        if document.format != ROBOT_FORMAT:
-            raise DamagedDocumentError(
-                f"its format is {document.format!r}; it must be {ROBOT_FORMAT!r}"
-            )
-    except FileNotFoundError:
-        raise TegotaeError(f"there is no file {path}") from None
-    except DamagedDocumentError as error:
-        raise TegotaeError(f"{path} is no robot: {error}") from None
-    return document
+    return documents.read_as(Path(path), "robot", _robot)
+
+
+def _robot(document: Json) -> RobotDocument:
+    robot = documents.fitted(document, RobotDocument)
+    if robot.format != ROBOT_FORMAT:
+        raise DamagedDocumentError(f"its format is {robot.format!r}; it must be {ROBOT_FORMAT!r}")
+    return robot

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.errors import TegotaeError, lookup
 from tegotae.parts.bodies import Body
 
 
@@ -85,6 +85,4 @@ def observation(name: str) -> Observation:
         >>> observation("Fv").senses
         ('spring_force', 'velocity')
     """
-    if name not in OBSERVATIONS:
-        raise unknown("observation", name, OBSERVATIONS)
-    return OBSERVATIONS[name]
+    return lookup("observation", name, OBSERVATIONS)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
 from tegotae._support import documents
-from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.errors import TegotaeError, require_known, unknown
 from tegotae.parts.bodies import Body
 from tegotae.parts.oscillators import Oscillator, oscillator_named
 from tegotae.parts.terrains import Terrain
@@ -34,12 +35,7 @@ def body_called(name: str) -> Body:
     """
     if not name.endswith(".toml"):
         return load_object(name, Body, "body")
-    try:
-        return restore(documents.read(Path(name)), Body, "body")
-    except FileNotFoundError:
-        raise TegotaeError(f"there is no file {name}") from None
-    except TegotaeError as error:
-        raise TegotaeError(f"{name} is no body: {error}") from None
+    return documents.read_as(Path(name), "body", partial(restore, hint=Body, name="body"))
 
 
 def body_text(body: Body, reasons: Mapping[str, str] | None = None) -> str:
@@ -102,8 +98,7 @@ def terrain_of(words: Sequence[str]) -> Terrain:
         terrain = terrains[kind.lower()]()  # pyright: ignore[reportAbstractUsage] - no abstract one is known
     names = [field.name for field in dataclasses.fields(terrain)]  # type: ignore[arg-type]
     for name in numbers:
-        if name not in names:
-            raise unknown(f"number of the terrain {kind}", name, names)
+        require_known(f"number of the terrain {kind}", name, names)
     return dataclasses.replace(terrain, **numbers)  # type: ignore[type-var]
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require_finite, unknown
+from tegotae._support.errors import TegotaeError, lookup, require_finite
 from tegotae._support.limits import MOST_WEIGHTS
 from tegotae._support.tables import parse_number
 from tegotae.measures.fronts import NEAR, front
@@ -212,9 +212,7 @@ def front_family(legged: Legged, name: str) -> FrontFamily:
         TegotaeError: for an unknown one, or a system that has none.
     """
     families_by_name = front_families(legged)
-    if name not in families_by_name:
-        raise unknown("family", name, families_by_name)
-    return families_by_name[name]
+    return lookup("family", name, families_by_name)
 
 
 def _number(numbers: Mapping[str, float], name: str) -> float:

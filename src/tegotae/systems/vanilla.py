@@ -14,8 +14,9 @@ import msgspec
 
 from tegotae._support import documents
 from tegotae._support.documents import Json
-from tegotae._support.errors import TegotaeError, require_finite, unknown
-from tegotae.parts.bodies import Bar, Body, Hopper, Plate
+from tegotae._support.errors import TegotaeError, lookup, require_finite, require_known, unknown
+from tegotae.parts.bodies import Body, Hopper
+from tegotae.parts.channels import FORCE
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.oscillators import Oscillator, PhaseOscillator
 from tegotae.parts.terms import (
@@ -71,8 +72,7 @@ class Preset:
             "reflex": Reflex(),
             "both": SectorAndReflex(sector.start_rad, sector.width_rad, sector.duration_s),
         }
-        if actuation not in actuations:
-            raise unknown("actuation", actuation, actuations)
+        require_known("actuation", actuation, actuations)
         terms = Tegotae(VanillaAction(), VanillaReaction(), ConstantGain())
         return Controller(actuations[actuation], oscillator, terms)
 
@@ -106,54 +106,28 @@ def preset(name: str) -> Preset:
     Raises:
         TegotaeError: for an unknown name, with the nearest ones.
     """
-    if name not in PRESETS:
-        raise unknown("preset", name, PRESETS)
-    return PRESETS[name]
-
-
-LIGHT, HEAVY = 0.6, 1.6
-"""Inertia ratios on either side of 1, where the legs do not feel each other."""
+    return lookup("preset", name, PRESETS)
 
 
 _SECTOR = PRESETS["paper"].controller("sector")
 
 
-def hopping(description: str, body: Body) -> Legged:
-    """Return the paper's legs under a bar or a plate; sector, ω 8, σ 1.
+def hopping(description: str, body: Body, sigma: float = 1.0, omega: float = 8.0) -> Legged:
+    """Return the paper's legs under a bar or a plate, which push over the paper's sector.
 
     Lags are measured from the (left) hind leg.
 
     Args:
         description: the system in one line.
         body: a bar or a plate.
+        sigma: gain σ [rad/(s N)].
+        omega: frequency ω [rad/s].
     """
     controller = dataclasses.replace(_SECTOR, limbs=body.limbs)
     system = System(
-        controller=controller, body=body, omega=8.0, timing=Timing(duration_s=HOPPING_S)
+        controller=controller, body=body, omega=omega, timing=Timing(duration_s=HOPPING_S)
     )
-    return Legged(about=description, system=system, weights=(1.0,))
-
-
-def bar(inertia_ratio: float) -> Legged:
-    """Return two of the paper's legs under a bar."""
-    description = f"two hopper legs under a bar, j = {inertia_ratio:g}"
-    return hopping(description, Bar(inertia_ratio=inertia_ratio))
-
-
-def plate(pitch: float, roll: float, twist: float | None = None) -> Legged:
-    """Return four of the paper's legs under a plate with these inertia ratios, and a limp spine if
-    it twists.
-
-    Args:
-        pitch: inertia ratio j_p.
-        roll: inertia ratio j_r.
-        twist: inertia ratio j_t; None for a rigid spine.
-    """
-    twisting = "" if twist is None else f", j_t = {twist:g}"
-    return hopping(
-        f"four hopper legs under a plate, j_p = {pitch:g}, j_r = {roll:g}{twisting}",
-        Plate(pitch_inertia_ratio=pitch, roll_inertia_ratio=roll, twist_inertia_ratio=twist),
-    )
+    return Legged(about=description, system=system, weights=(sigma,))
 
 
 def walking(
@@ -182,44 +156,43 @@ def walking(
     return Legged(about=description, system=system, weights=(sigma,))
 
 
-class _WalkerDocument(msgspec.Struct, forbid_unknown_fields=True):
+class _LeggedDocument(msgspec.Struct, forbid_unknown_fields=True):
     about: str
     sigma: float
     omega: float
-    foot: dict[str, Json]
+    foot: dict[str, Json] = {}
     body: dict[str, Json] = {}
     senses: dict[str, Json] | None = None
     ticks: float = 1.0
 
 
-def walker_of(document: object) -> Legged:
-    """Return the walker of plain values, such as an entry of `walkers.toml`.
+def legged_of(document: object) -> Legged:
+    """Return the legged system of plain values, such as an entry of `legged.toml`.
 
     Args:
-        document: `about`, `sigma`, `omega`, and the fields of its `foot` and its `body`; `senses`
-            those of `Sensors`, if they are late or noisy; `ticks` is its control tick over that of
+        document: `about`, `sigma`, `omega`, and the fields of its `body`, a `Walker` if they name
+            no other `kind`; of a walker those of its `foot`, `EllipticFoot`; `senses` those of
+            `Sensors`, if they are late or noisy; `ticks` is a walker's control tick over that of
             others.
 
     Raises:
         TegotaeError: for an entry that is missing, unknown or out of its range.
 
     Example:
-        >>> walker_of({"about": "mine", "sigma": 1.0, "omega": 2.0, "foot": {}}).names
+        >>> legged_of({"about": "mine", "sigma": 1.0, "omega": 2.0}).names
         ('LF', 'RF', 'LH', 'RH')
     """
-    fields = documents.fitted(document, _WalkerDocument)
+    fields = documents.fitted(document, _LeggedDocument)
     require_finite("sigma", fields.sigma)
-    body: dict[str, Json] = {**fields.body, "kind": "Walker"}
+    entries: dict[str, Json] = {"kind": "Walker", **fields.body}
     if fields.senses is not None:
-        body = {"body": body, **fields.senses, "kind": "Sensors"}
-    return walking(
-        fields.about,
-        restore(body, Body, "body"),
-        restore({**fields.foot, "kind": "EllipticFoot"}, EllipticFoot, "foot"),
-        fields.sigma,
-        fields.omega,
-        WALKING_TICK * fields.ticks,
-    )
+        entries = {"body": entries, **fields.senses, "kind": "Sensors"}
+    body = restore(entries, Body, "body")
+    if body.COMMANDS == FORCE:
+        return hopping(fields.about, body, fields.sigma, fields.omega)
+    foot = restore({**fields.foot, "kind": "EllipticFoot"}, EllipticFoot, "foot")
+    tick = WALKING_TICK * fields.ticks
+    return walking(fields.about, body, foot, fields.sigma, fields.omega, tick)
 
 
 def is_walker_file(name: str) -> bool:
@@ -227,27 +200,9 @@ def is_walker_file(name: str) -> bool:
     return name.endswith(".toml")
 
 
-def _from_file(path: Path) -> Legged:
-    try:
-        return walker_of(documents.read(path))
-    except FileNotFoundError:
-        raise TegotaeError(f"there is no file {path}") from None
-    except TegotaeError as error:
-        raise TegotaeError(f"{path} is no walker: {error}") from None
-
-
-_WALKERS = tomllib.loads(Path(__file__).with_name("walkers.toml").read_text(encoding="utf-8"))
-
-
+_DOCUMENTS = tomllib.loads(Path(__file__).with_name("legged.toml").read_text(encoding="utf-8"))
 SYSTEMS: dict[str, Callable[[], Legged]] = {
-    "bar-light": lambda: bar(LIGHT),
-    "bar-heavy": lambda: bar(HEAVY),
-    "plate-light-pitch": lambda: plate(LIGHT, HEAVY),
-    "plate-light-roll": lambda: plate(HEAVY, LIGHT),
-    "plate-light-both": lambda: plate(LIGHT, LIGHT),
-    "plate-heavy": lambda: plate(HEAVY, HEAVY),
-    "plate-light-twist": lambda: plate(HEAVY, HEAVY, LIGHT),
-    **{name: partial(walker_of, entry) for name, entry in _WALKERS.items()},
+    name: partial(legged_of, document) for name, document in _DOCUMENTS.items()
 }
 """Factories of the named systems."""
 
@@ -257,7 +212,7 @@ def legged_named(name: str) -> Legged:
     names.
 
     Args:
-        name: of `SYSTEMS`; `FILE.toml`, a walker as in `walkers.toml`; or `FILE.py:OBJECT` or
+        name: of `SYSTEMS`; `FILE.toml`, a walker as in `legged.toml`; or `FILE.py:OBJECT` or
             `MODULE:OBJECT`, a `Legged`.
 
     Raises:
@@ -271,7 +226,7 @@ def legged_named(name: str) -> Legged:
     if name in SYSTEMS:
         return SYSTEMS[name]()
     if is_walker_file(name):
-        return _from_file(Path(name))
+        return documents.read_as(Path(name), "walker", legged_of)
     if is_reference(name):
         return load_object(name, Legged, "legged system")
     error = unknown("legged system", name, SYSTEMS)

@@ -20,7 +20,7 @@ from tegotae.envs.scaling import chain_of, foot_of, gravity_m_per_s2, lowest, st
 from tegotae.parts.bodies import Walker
 from tegotae.parts.terms import EllipticFoot
 from tegotae.systems.system import WALKING_TICK
-from tegotae.systems.vanilla import walker_of
+from tegotae.systems.vanilla import legged_of
 from tegotae_robots.models.step_response import (
     RobotStance,
     StepResponse,
@@ -110,7 +110,7 @@ class Template:
 
     @property
     def document(self) -> Document:
-        """The walker as plain values (`tegotae.systems.legged.walker_of`)."""
+        """The walker as plain values (`tegotae.systems.vanilla.legged_of`)."""
         return _document(self.about, self.numbers)
 
     @property
@@ -212,7 +212,7 @@ def fit_template(settings: ModelSettings, name: str) -> Template:
         if ticks < 1.0:
             halved = TemplateNumber(2.0 ** math.floor(math.log2(ticks)), 1.0, "", _FAST)
             numbers = {"ticks": halved, **numbers}
-        walker = walker_of({**_document(description, numbers), "foot": _STILL})
+        walker = legged_of({**_document(description, numbers), "foot": _STILL})
     except TegotaeError as error:
         raise TegotaeError(
             f"{name} over its length, mass and gravity is no walker: {error}"

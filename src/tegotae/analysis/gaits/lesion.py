@@ -13,7 +13,13 @@ import jax.numpy as jnp
 import numpy as np
 import pandas as pd
 
-from tegotae._support.errors import TegotaeError, require_count, require_finite, unknown
+from tegotae._support.errors import (
+    TegotaeError,
+    require_count,
+    require_finite,
+    require_known,
+    unknown,
+)
 from tegotae._support.limits import MOST_M, MOST_SEEDS
 from tegotae.analysis.gaits.releases import gait_counts
 from tegotae.measures.gaits.lags import lag_difference, largest_drift, support_margin_m
@@ -96,8 +102,7 @@ class GaitLesion(Part):
         """
         names, body = legged.names, unwrapped(legged.body)
         for leg in self.lost:
-            if leg not in names:
-                raise unknown("leg of this body", leg, names)
+            require_known("leg of this body", leg, names)
         present = getattr(body, "present", None)
         if self.lost and present is None:
             raise TegotaeError(

@@ -16,7 +16,7 @@ from tegotae._support.errors import (
     TegotaeError,
     require_count,
     require_finite,
-    unknown,
+    require_known,
 )
 from tegotae._support.limits import MOST_GAIN, MOST_POINTS, MOST_RAD_PER_S, MOST_SEEDS
 from tegotae.analysis.gaits.releases import coordination_frame, gait_counts
@@ -86,8 +86,7 @@ def check_axis(legged: Legged, axis: Axis) -> None:
         require_finite("a value of sigma", axis.values[-1], most=MOST_GAIN)
     else:
         names = [OMEGA, SIGMA, *numbers_of(legged.body)]
-        if axis.name not in names:
-            raise unknown("parameter of this system", axis.name, names)
+        require_known("parameter of this system", axis.name, names)
 
 
 def fields_at(body: Body, values: Mapping[str, float]) -> dict[str, FieldNumber]:

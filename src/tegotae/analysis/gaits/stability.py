@@ -17,7 +17,7 @@ from tegotae._support.errors import (
     TegotaeError,
     require_count,
     require_finite,
-    unknown,
+    require_known,
 )
 from tegotae.analysis.gaits.map import (
     OMEGA,
@@ -270,8 +270,7 @@ def _patterns(legged: Legged, gaits: Sequence[str] | None) -> dict[str, np.ndarr
         lag = np.array([pattern.lags[leg] for leg in legged.names])
         patterns.setdefault(pattern.name, (lag - lag[legged.reference]) % 1.0)
     for name in gaits or ():
-        if name not in patterns:
-            raise unknown(f"gait of {legged.body.limbs} legs", name, patterns)
+        require_known(f"gait of {legged.body.limbs} legs", name, patterns)
     return {name: patterns[name] for name in gaits or patterns}
 
 

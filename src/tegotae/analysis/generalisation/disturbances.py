@@ -12,7 +12,7 @@ import jax
 import numpy as np
 
 from tegotae._support.documents import JsonObject
-from tegotae._support.errors import TegotaeError, require_finite, unknown
+from tegotae._support.errors import TegotaeError, require_finite, require_known
 from tegotae._support.tables import parse_number
 from tegotae.measures.gaits.summary import has_mass, total_mass_kg
 from tegotae.parts._shapes import LaneNumbers
@@ -686,8 +686,7 @@ def disturbances_named(texts: Iterable[str]) -> tuple[Disturbance, ...]:
     selected: dict[str, Disturbance] = {}
     for text in texts:
         name, equals, levels = text.partition("=")
-        if name not in CATALOGUE:
-            raise unknown("condition", name, CATALOGUE)
+        require_known("condition", name, CATALOGUE)
         if name in selected:
             raise TegotaeError(f"{name} is named twice; name each condition once")
         selected[name] = CATALOGUE[name]

@@ -11,7 +11,13 @@ from gymnasium.spaces import Box
 from numpy.typing import ArrayLike
 
 from tegotae._support.engines import available_cores
-from tegotae._support.errors import TegotaeError, require, require_count, require_finite, unknown
+from tegotae._support.errors import (
+    TegotaeError,
+    require,
+    require_count,
+    require_finite,
+    require_known,
+)
 from tegotae.envs._types import Info, MjModel
 from tegotae.envs.mujoco.sensing import Sensing, is_sound, sensing
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
@@ -337,8 +343,7 @@ def model_settings_of(
     """
     names = list(ModelSettings.__dataclass_fields__)
     for name in fields:
-        if name not in names:
-            raise unknown("setting of a MuJoCo model", name, names)
+        require_known("setting of a MuJoCo model", name, names)
     if settings is None and "model" not in fields:
         raise TegotaeError(
             f"no model is given; give model= a file, or one of {', '.join(PACKAGED)}"

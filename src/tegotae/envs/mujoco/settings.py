@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tegotae._support.errors import TegotaeError, require, require_kind, unknown
+from tegotae._support.errors import TegotaeError, require, require_kind, require_known, unknown
 from tegotae.envs._types import MjModel, MjsActuator, MjSpec
 from tegotae.envs.scaling import lowest
 from tegotae.parts.parameters import Part, finite, not_negative, positive
@@ -230,8 +230,7 @@ def _posed(spec: MjSpec, places: Mapping[str, float]) -> np.ndarray:
     scalar = model.jnt_type >= int(mujoco.mjtJoint.mjJNT_SLIDE)
     names = [model.joint(int(joint)).name for joint in np.flatnonzero(scalar)]
     for name, place in places.items():
-        if name not in names:
-            raise unknown("hinge or slide of this model", name, names)
+        require_known("hinge or slide of this model", name, names)
         data.qpos[model.joint(name).qposadr[0]] = place
     mujoco.mj_kinematics(model, data)
     if model.jnt_type[0] == int(mujoco.mjtJoint.mjJNT_FREE):

@@ -9,7 +9,7 @@ from importlib.resources import files
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.errors import unknown
+from tegotae._support.errors import require_known
 from tegotae._support.tables import parse_csv, parse_numbers
 
 COLUMNS = (
@@ -107,8 +107,7 @@ def front(system: str, family: str = "vanilla") -> SpeedFront:
     """
     table = front_table(system)
     families = list(dict.fromkeys(table["family"].tolist()))
-    if family not in families:
-        raise unknown(f"front of {system}", family, families)
+    require_known(f"front of {system}", family, families)
     rows = table["family"] == family
     columns = {name: values[rows] for name, values in table.items()}
     order = np.argsort(columns["speed"])
@@ -124,8 +123,7 @@ def front_table(system: str) -> dict[str, np.ndarray]:
     """
     folder = files("tegotae.measures.fronts")
     names = sorted(f.name.removesuffix(".csv") for f in folder.iterdir() if f.name.endswith(".csv"))
-    if system not in names:
-        raise unknown("system with a front", system, names)
+    require_known("system with a front", system, names)
     table = parse_csv((folder / f"{system}.csv").read_text(encoding="utf-8"))
     return {
         name: np.asarray(values, str) if name in _TEXT else parse_numbers(values)

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tegotae._support.errors import unknown
+from tegotae._support.errors import require_known
 from tegotae.measures.gaits.names import NO_GAIT
 from tegotae.measures.gaits.summary import total_mass_kg
 from tegotae.measures.metric import Catalogue, Metric
@@ -55,8 +55,7 @@ class Walks:
             TegotaeError: if there is none of this name.
         """
         values = {**self.columns, **self.channels}
-        if name not in values:
-            raise unknown("quantity of a walk", name, values)
+        require_known("quantity of a walk", name, values)
         array = np.asarray(values[name])
         return array.reshape(*array.shape[:-1], -1, self.starts)
 

@@ -1,6 +1,6 @@
 """Oscillators: the rhythm generators of decentralised control, and their names in models."""
 
-from tegotae._support.errors import unknown
+from tegotae._support.errors import lookup
 from tegotae.parts.oscillators.base import (
     Oscillator as Oscillator,
     PhaseOscillator as PhaseOscillator,
@@ -45,6 +45,4 @@ def oscillator_named(name: str) -> Oscillator:
         >>> oscillator_named("learned-van-der-pol").n_weights
         4
     """
-    if name not in OSCILLATORS:
-        raise unknown("oscillator", name, OSCILLATORS)
-    return OSCILLATORS[name]
+    return lookup("oscillator", name, OSCILLATORS)

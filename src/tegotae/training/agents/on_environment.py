@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from gymnasium.spaces import Box
 
-from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.errors import TegotaeError, require_known
 from tegotae.envs._types import Info
 from tegotae.envs.sb3 import LaneVecEnv
 from tegotae.envs.settings import HopReward, feedback_controller
@@ -101,8 +101,7 @@ class LimbVecEnv(LaneVecEnv):
         self._reward = _step_reward(spec, settings, self._lanes.steps, self._pilot)
         self._scales = {name: float(spec.wiring.scales.get(name, 1.0)) for name in observed.names}
         for name in settings.critic_senses:
-            if name not in wires.observed:
-                raise unknown("entry of the observation", name, wires.observed)
+            require_known("entry of the observation", name, wires.observed)
         self._besides = [wires.observed.index(name) for name in settings.critic_senses]
         self._actions = np.zeros((lanes, wires.limbs), np.float32)
         self._warned: set[str] = set()

@@ -16,7 +16,7 @@ from typing import Any
 import msgspec
 
 from tegotae._support import documents
-from tegotae._support.errors import TegotaeError, unknown
+from tegotae._support.errors import TegotaeError, lookup, require_known
 from tegotae.systems import registry
 from tegotae.systems.descriptions import restore
 from tegotae.systems.registry import is_reference, load_object
@@ -47,9 +47,7 @@ def learner(name: str) -> type[Algorithm] | type[AgentSettings]:
         'CMAES'
     """
     learners = {**evolutions(), **agents()}
-    if name not in learners:
-        raise unknown("algorithm", name, learners)
-    return learners[name]
+    return lookup("algorithm", name, learners)
 
 
 class _SettingsFile(msgspec.Struct):
@@ -83,8 +81,7 @@ def configuration(name: str) -> Configuration:
     Raises:
         TegotaeError: for an unknown name.
     """
-    if name not in configuration_names():
-        raise unknown("configuration", name, configuration_names())
+    require_known("configuration", name, configuration_names())
     return load_configuration(resources.files(__name__) / f"{name}.json")
 
 
