@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from refusals import refused
 from research.reproduction.ridge import find_losses, find_resonance, find_ridge, one_to_one_ridge
 from synthetic import Hopping, seconds
 from tegotae import Hopper, Scenario, TegotaeError, Timing
@@ -148,9 +149,7 @@ def test_a_controller_with_other_weights_than_the_gain_is_refused():
     ],
 )
 def test_an_axis_that_is_none_is_refused_in_one_line(low, high, points, message):
-    with pytest.raises(TegotaeError, match=message) as error:
-        axis("omega", low, high, points)
-    assert "\n" not in str(error.value)
+    refused(message, axis, "omega", low, high, points)
 
 
 # Ridges.

@@ -8,7 +8,8 @@ import pandas as pd
 import pytest
 from matplotlib.image import imread
 
-from tegotae import TegotaeError, Timing
+from refusals import refused
+from tegotae import Timing
 from tegotae._support.tables import parse_numbers, read_csv
 from tegotae.analysis.gaits.map import (
     NO_BODY,
@@ -141,8 +142,7 @@ def test_an_interrupted_map_goes_on_where_it_was_and_another_begins_anew(tmp_pat
 
 
 def test_values_of_an_axis_rise():
-    with pytest.raises(TegotaeError, match="do not rise"):
-        Axis("omega", (2.0, 1.0))
+    refused("do not rise", Axis, "omega", (2.0, 1.0))
 
 
 # The question
@@ -192,5 +192,4 @@ OMEGA = ("omega", 7.0, 8.0)
     ],
 )
 def test_what_cannot_be_mapped_is_told(options, line):
-    with pytest.raises(TegotaeError, match=line):
-        gaits.map("bar-light", **options)
+    refused(line, gaits.map, "bar-light", **options)

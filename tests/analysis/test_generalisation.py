@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 import tegotae
+from refusals import refused
 from tegotae import Hopper, System, TegotaeError, Timing
 from tegotae.analysis.generalisation.disturbances import CATALOGUE, disturbances_named, joined
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
@@ -354,8 +355,7 @@ def test_runs_that_are_the_same_are_tried_once():
     ],
 )
 def test_conditions_that_are_none_are_refused(words, says):
-    with pytest.raises(TegotaeError, match=says):
-        disturbances_named(words)
+    refused(says, disturbances_named, words)
 
 
 def test_a_level_that_makes_no_body_is_refused_before_work(tmp_path):
@@ -388,8 +388,7 @@ def test_one_that_can_meet_nothing_is_left_out_beside_others(tmp_path):
 
 
 def test_a_body_of_another_simulator_is_refused_in_one_line():
-    with pytest.raises(TegotaeError, match="V cannot be tested: "):
-        replaced(hopper(), body=Interface())
+    refused("V cannot be tested: ", lambda: replaced(hopper(), body=Interface()))
     with pytest.raises(TegotaeError, match=r"C cannot be tested: .*its body is not here"):
         replaced(quadruped(), body=Interface(limbs=4, commands=FOOT))
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tegotae import TegotaeError
+from refusals import refused
 from tegotae.api.controllers import load, load_all
 from tegotae.api.evaluations import EXACT, INDEPENDENT, PAIRED, EvaluationTable
 from tegotae.api.hopping import HopperController
@@ -185,5 +185,4 @@ def test_the_runs_of_a_training_can_be_loaded_as_an_object():
 
 @pytest.mark.parametrize("value", [3, None, {"a": 1}, object()])
 def test_an_object_that_is_no_controller_is_refused(value):
-    with pytest.raises(TegotaeError, match="it must be a text or an object with weights"):
-        load(value)
+    refused("it must be a text or an object with weights", load, value)

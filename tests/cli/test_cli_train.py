@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import tiny
-from tegotae._support.errors import TegotaeError
+from refusals import refused
 from tegotae.api.experiments import adjusted
 from tegotae.api.trained import TrainedControllers
 from tegotae.cli import main
@@ -211,8 +211,7 @@ def test_a_training_does_not_go_on_under_other_versions(tiny_training, tmp_path,
 
 
 def test_a_folder_without_a_training_says_nothing_of_how_long_to_learn(tmp_path):
-    with pytest.raises(TegotaeError, match="holds no training to learn as long as"):
-        longest_s(tmp_path)
+    refused("holds no training to learn as long as", longest_s, tmp_path)
 
 
 def test_a_folder_of_another_training_is_refused(tiny_training, one_line_error, no_training):
@@ -364,8 +363,7 @@ def test_options_of_vanilla_parts_are_in_the_experiment_and_learned_ones_have_no
 
 
 def test_a_sector_that_lasts_no_time_is_refused():
-    with pytest.raises(TegotaeError, match="duration_s"):
-        applied("V-sector-w8", sector_duration_s=-0.1)
+    refused("duration_s", applied, "V-sector-w8", sector_duration_s=-0.1)
 
 
 def test_a_gain_is_searched_for_at_the_same_weights_on_any_hopper():

@@ -13,8 +13,8 @@ import pytest
 import tegotae
 from pages import DOCS, blocks
 from programs import parsed, words_of
+from refusals import refused
 from research_pages import source_of
-from tegotae import TegotaeError
 from tegotae.api import gaits, plot
 from tegotae.api.hopping import HopperController
 from tegotae.api.walking import WalkerController
@@ -131,8 +131,7 @@ def test_the_figures_and_gaits_of_a_page_are_of_bodies_with_as_many_legs_as_they
 
 
 def test_a_command_with_an_option_that_does_not_exist_is_not_understood():
-    with pytest.raises(TegotaeError, match="--no-such-option"):
-        parsed(["train", "ART", "--no-such-option"]).parsed()
+    refused("--no-such-option", lambda: parsed(["train", "ART", "--no-such-option"]).parsed())
 
 
 @pytest.mark.thorough

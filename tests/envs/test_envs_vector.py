@@ -5,7 +5,7 @@ import pytest
 
 gymnasium = pytest.importorskip("gymnasium")
 
-from tegotae import TegotaeError  # noqa: E402
+from refusals import refused  # noqa: E402
 from tegotae.envs import HopperVectorEnv, make_sb3  # noqa: E402
 
 NAME = "tegotae/TegotaeHopper-v0"
@@ -73,8 +73,7 @@ def test_lanes_are_reset_by_mask_where_the_user_resets_them():
     while not ended.any():
         *_, terminated, truncated, infos = envs.step(ACTIONS[0])
         ended = terminated | truncated
-    with pytest.raises(TegotaeError, match="has ended; reset it"):
-        envs.step(ACTIONS[0])
+    refused("has ended; reset it", lambda: envs.step(ACTIONS[0]))
     previous = infos["height_m"]
     _, infos = envs.reset(options={"reset_mask": ended, "height_m": 1.25})
     np.testing.assert_array_equal(infos["height_m"][ended], np.float32(1.25))
@@ -140,6 +139,4 @@ def misuse_mask(envs):
     ],
 )
 def test_misuse_is_told_in_one_line(act, says):
-    with pytest.raises(TegotaeError, match=says) as error:
-        act(HopperVectorEnv(2))
-    assert "\n" not in str(error.value)
+    refused(says, lambda: act(HopperVectorEnv(2)))

@@ -10,6 +10,7 @@ import pytest
 
 gymnasium = pytest.importorskip("gymnasium")
 
+from refusals import refused  # noqa: E402
 from tegotae import Hopper, TegotaeError  # noqa: E402
 from tegotae.envs import (  # noqa: E402
     Limb,
@@ -92,14 +93,10 @@ def test_a_file_that_is_no_wiring_is_refused_in_one_line(tmp_path, text, said):
 
 
 def test_a_file_that_is_not_there_or_of_another_kind_is_refused(tmp_path):
-    with pytest.raises(TegotaeError, match="No such file"):
-        load_wiring(tmp_path / "leg.toml")
-    with pytest.raises(TegotaeError, match=r"must end in \.toml or \.json"):
-        load_wiring(tmp_path / "leg.yaml")
-    with pytest.raises(TegotaeError, match="no wiring is called 'legs'; did you mean leg"):
-        load_wiring("legs")
-    with pytest.raises(TegotaeError, match=r"must end in \.toml or \.json"):
-        save_wiring(WIRING, tmp_path / "leg.yaml")
+    refused("No such file", load_wiring, tmp_path / "leg.toml")
+    refused(r"must end in \.toml or \.json", load_wiring, tmp_path / "leg.yaml")
+    refused("no wiring is called 'legs'; did you mean leg", load_wiring, "legs")
+    refused(r"must end in \.toml or \.json", save_wiring, WIRING, tmp_path / "leg.yaml")
 
 
 def saved_hopper(path, model: str = "AR-rF-sector-w8"):
@@ -192,8 +189,7 @@ def test_a_wiring_file_names_its_controller_as_a_command_does(tmp_path, monkeypa
     assert result.omega == meant.omega
     assert result.weights is not None
     (tmp_path / "leg.json").write_text(json.dumps({**document, "controller": "none.json"}))
-    with pytest.raises(TegotaeError, match=r"no controller file at .*none\.json"):
-        load_wiring(tmp_path / "leg.json")
+    refused(r"no controller file at .*none\.json", load_wiring, tmp_path / "leg.json")
 
 
 def test_a_hoppers_controller_without_a_wiring_is_refused(tmp_path):
@@ -205,8 +201,7 @@ def test_a_hoppers_controller_without_a_wiring_is_refused(tmp_path):
 def test_a_wiring_without_weights_lacks_nothing_but_cannot_drive():
     wiring = WIRING.reading(recipe("V-sector-w8").controller())
     assert check_wiring(Scales(), wiring, steps=20) == []
-    with pytest.raises(TegotaeError, match="has no weights; train it"):
-        TegotaeWrapper(Scales(), wiring)
+    refused("has no weights; train it", lambda: TegotaeWrapper(Scales(), wiring))
     with pytest.raises(TegotaeError, match="has weights but no frequency"):
         TegotaeWrapper(Scales(), dataclasses.replace(wiring, weights=[1.0]))
 
@@ -219,10 +214,8 @@ def test_scales_are_those_of_the_model():
     assert scales["spring_force"] == pytest.approx(0.1 * 9.81)
     assert scales["velocity"] == pytest.approx(math.sqrt(9.81), rel=2e-3)
     assert scales["feedback"] == pytest.approx(math.sqrt(9.81), rel=2e-3)
-    with pytest.raises(TegotaeError, match="did you mean foot"):
-        model_scales(ModelEnv(model="hopper"), feet=["feet"])
-    with pytest.raises(TegotaeError, match="no MuJoCo model to take scales from"):
-        model_scales(Scales())
+    refused("did you mean foot", lambda: model_scales(ModelEnv(model="hopper"), feet=["feet"]))
+    refused("no MuJoCo model to take scales from", lambda: model_scales(Scales()))
     basis = load_wiring("hopper")
     original = dataclasses.replace(basis, scales={"velocity": 9.0}).with_scales(
         ModelEnv(model="hopper")
@@ -264,8 +257,7 @@ def test_an_end_of_a_push_that_is_no_number_is_told(ends, said):
 
 @pytest.mark.parametrize("width_rad", [0.0, -1.0, 9.0, math.nan])
 def test_a_sector_is_at_most_a_turn_wide(width_rad):
-    with pytest.raises(TegotaeError, match="the width in sector_rad is"):
-        dataclasses.replace(WIRING, sector_rad=[0.0, width_rad])
+    refused("the width in sector_rad is", dataclasses.replace, WIRING, sector_rad=[0.0, width_rad])
 
 
 def test_what_a_wiring_leaves_to_chance_is_told():

@@ -12,9 +12,10 @@ from matplotlib.figure import Figure
 
 from places import ROOT
 from programs import main
+from refusals import refused
 from research.reproduction.figures.gain_map import gain_map_figure, gain_map_tables
 from research.reproduction.ridge import find_ridge, one_to_one_ridge
-from tegotae import Rollout, Scenario, TegotaeError, Timing
+from tegotae import Rollout, Scenario, Timing
 from tegotae.analysis.gaits.sweep import GaitSweep
 from tegotae.analysis.maps import GainSweep, HopperBasin, Outcome
 from tegotae.analysis.orbit import Orbit
@@ -364,8 +365,7 @@ def test_a_figure_is_written_whole_or_not_at_all(tmp_path):
 
 @pytest.mark.parametrize("name", ["figure", "figure.xyz", "figure.csv"])
 def test_a_figure_of_no_known_format_is_refused_before_any_work(name, tmp_path):
-    with pytest.raises(TegotaeError, match=r"use an ending such as \.png, \.pdf or \.svg"):
-        figure_file(tmp_path / name)
+    refused(r"use an ending such as \.png, \.pdf or \.svg", figure_file, tmp_path / name)
 
 
 # Commands.

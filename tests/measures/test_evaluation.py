@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from oracle import fly, vanilla
-from tegotae import TegotaeError
+from refusals import refused
 from tegotae.measures.evaluation import Evaluation, Protocol, evaluate
 from tegotae.measures.hopping import LimitCycle
 from tegotae.measures.hopping.hopping import Hops, find_limit_cycle
@@ -109,8 +109,7 @@ def test_without_a_drop_there_is_nothing_to_recover_from(reflex):
     ],
 )
 def test_what_cannot_be_evaluated_is_refused_before_it_is_rolled_out(weights, omega_t, says):
-    with pytest.raises(TegotaeError, match=says):
-        evaluate(recipe("V-reflex-w8").controller(), weights, omega_t)
+    refused(says, lambda: evaluate(recipe("V-reflex-w8").controller(), weights, omega_t))
 
 
 @pytest.mark.parametrize(
@@ -126,5 +125,4 @@ def test_what_cannot_be_evaluated_is_refused_before_it_is_rolled_out(weights, om
     ],
 )
 def test_protocols_that_mean_nothing_are_refused(setting, value):
-    with pytest.raises(TegotaeError, match=setting.removesuffix("s")):
-        Protocol(**{setting: value})
+    refused(setting.removesuffix("s"), Protocol, **{setting: value})

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from refusals import refused
 from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing, check
 from tegotae.measures.objectives.fitness import Fitness, HoppingLegs, climb_in_flight
 from tegotae.measures.objectives.objective import FAILED_FITNESS
@@ -114,8 +115,7 @@ def test_another_speed_is_data_of_the_same_program():
     "settings", [{"speed_m_per_s": 0.0}, {"settle_s": -1.0}, {"tracking": float("nan")}]
 )
 def test_a_walk_with_impossible_numbers_is_refused(settings):
-    with pytest.raises(TegotaeError, match=next(iter(settings))):
-        dataclasses.replace(WALK, **settings)
+    refused(next(iter(settings)), dataclasses.replace, WALK, **settings)
 
 
 def test_an_episode_that_ends_before_it_has_settled_is_refused():
@@ -189,12 +189,10 @@ def test_one_network_for_all_legs_feels_every_leg_and_a_network_a_leg_its_own_al
 def test_one_network_for_all_legs_has_one_set_of_weights_and_its_own_number_of_legs():
     network = WholeBodyFoot(("spring_force",), (), limbs=4, hidden=2)
     assert Controller(network, limbs=4).n_weights == network.n_weights == 2 * (4 + 1 + 8)
-    with pytest.raises(TegotaeError, match="commands 4 limbs; the controller has 6"):
-        Controller(network, limbs=6)
+    refused("commands 4 limbs; the controller has 6", Controller, network, limbs=6)
     with pytest.raises(TegotaeError, match="one network for all limbs; leave sharing out"):
         Controller(network, limbs=4, sharing=(0, 0, 1, 1))
-    with pytest.raises(TegotaeError, match="no inputs"):
-        WholeBody((), (), limbs=4, hidden=2)
+    refused("no inputs", WholeBody, (), (), limbs=4, hidden=2)
     assert len(set(network.weight_names)) == network.n_weights
 
 
@@ -236,5 +234,4 @@ def test_ellipses_under_one_clock_follow_the_first_leg_at_their_leads():
     expected = [ellipse.place(*signals) for signals in turned]
     result = jax.jit(lambda w: term(list(w), heard))(weights)
     np.testing.assert_allclose(result, jnp.stack(expected, axis=1), atol=1e-6)
-    with pytest.raises(TegotaeError, match="give it 3, one a leg"):
-        dataclasses.replace(term, lead_rad=(0.0,))
+    refused("give it 3, one a leg", dataclasses.replace, term, lead_rad=(0.0,))

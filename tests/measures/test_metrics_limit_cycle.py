@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tegotae import TegotaeError
+from refusals import refused
 from tegotae.measures.hopping import LimitCycle
 from tegotae.measures.hopping.hopping import Hops, find_limit_cycle, hops
 from tegotae.simulation.recorder import COMMON, Trajectory
@@ -148,5 +148,4 @@ def test_hops_are_only_flights_that_clear_the_ground_by_one_percent():
     ],
 )
 def test_settings_that_mean_nothing_are_refused(setting, value):
-    with pytest.raises(TegotaeError, match=setting):
-        LimitCycle(**{setting: value})
+    refused(setting, LimitCycle, **{setting: value})

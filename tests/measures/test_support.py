@@ -2,7 +2,7 @@
 
 import pytest
 
-from tegotae import TegotaeError
+from refusals import refused
 from tegotae.measures.gaits.lags import support_margin_m
 from tegotae.parts.bodies import Walker
 from tegotae.systems.vanilla import legged_named
@@ -28,5 +28,4 @@ def test_a_hexapod_has_a_margin_whatever_leg_it_loses_and_most_without_a_middle_
 
 @pytest.mark.parametrize(("missing", "says"), [((4,), "0 ... 3"), ((0, 1), "2 legs are left")])
 def test_a_leg_that_there_is_not_or_too_few_legs_are_refused(missing, says):
-    with pytest.raises(TegotaeError, match=says):
-        support_margin_m(Walker(), missing)
+    refused(says, lambda: support_margin_m(Walker(), missing))

@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from tegotae import Controller, Hopper, Rollout, Scenario, TegotaeError, Timing
+from refusals import refused
+from tegotae import Controller, Hopper, Rollout, Scenario, Timing
 from tegotae.parts.controller import Tegotae
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.terms import (
@@ -142,9 +143,7 @@ def run(controller: Controller, body: Hopper | None = None) -> None:
     ids=["misspelt", "phase-without-oscillator", "feedback-of-itself"],
 )
 def test_a_term_that_reads_what_nothing_provides_is_refused(controller, message):
-    with pytest.raises(TegotaeError, match=message) as raised:
-        run(controller)
-    assert "\n" not in str(raised.value)
+    refused(message, run, controller)
 
 
 def test_an_actuation_may_read_the_feedback_and_the_bodys_senses():

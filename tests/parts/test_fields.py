@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from refusals import refused
 from tegotae import Rollout, Scenario, Timing
 from tegotae._support.errors import TegotaeError
 from tegotae.parts.bodies import (
@@ -73,13 +74,11 @@ def test_one_number_for_a_field_of_the_limbs_holds_for_each():
     ],
 )
 def test_a_field_that_is_not_there_is_refused_with_the_body_that_lacks_it(name, message):
-    with pytest.raises(TegotaeError, match=message):
-        path_of(WRAPPED, name)
+    refused(message, path_of, WRAPPED, name)
 
 
 def test_what_is_no_number_is_refused():
-    with pytest.raises(TegotaeError, match="no change can make a number"):
-        number_of(Walker(), "terrain")
+    refused("no change can make a number", lambda: number_of(Walker(), "terrain"))
 
 
 def test_a_change_names_a_number_of_a_wrapped_body_as_of_the_body_alone():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from tegotae import TegotaeError
+from refusals import refused
 from tegotae.parts.maths import TWO_PI, sin_cos, wrap_phase
 from tegotae.parts.oscillators import Clamped, PhaseOscillator, PhaseState, WaryOscillator
 
@@ -54,8 +54,7 @@ def test_oscillators_with_rates_of_their_own_keep_them_in_other_units():
     wary = WaryOscillator(fast_rad_per_s=4.0, rise_s=0.2, fall_s=8.0)
     oscillator = WaryOscillator(fast_rad_per_s=8.0, rise_s=0.1, fall_s=4.0)
     assert wary.in_units(0.5) == oscillator
-    with pytest.raises(TegotaeError, match="a Clamped has rates of its own"):
-        Clamped(PhaseOscillator()).in_units(0.5)
+    refused("a Clamped has rates of its own", lambda: Clamped(PhaseOscillator()).in_units(0.5))
 
 
 def test_start_and_settle_bring_the_phase_into_one_turn():

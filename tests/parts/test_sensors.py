@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from refusals import refused
 from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing, check
 from tegotae.parts.bodies import Bar, Sensors
 from tegotae.systems.recipe import recipe
@@ -89,5 +90,4 @@ def test_a_posture_is_the_one_of_the_body_behind():
 
 
 def test_a_delay_beyond_what_is_kept_is_refused():
-    with pytest.raises(TegotaeError, match="which is 50 control ticks; the sensors keep 16"):
-        run(changes={"delay_s": [0.0, 0.05]})
+    refused("which is 50 control ticks; the sensors keep 16", run, changes={"delay_s": [0.0, 0.05]})

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from tegotae import TegotaeError
+from refusals import refused
 from tegotae.parts.terms import (
     ConstantGain,
     EllipticFoot,
@@ -166,8 +166,7 @@ def test_a_width_beyond_a_turn_is_one_and_a_negative_one_none():
 
 @pytest.mark.parametrize("kind", [Network, LearnedActuation])
 def test_a_network_without_inputs_is_refused(kind):
-    with pytest.raises(TegotaeError, match=r"^a network has no inputs"):
-        kind((), 8)
+    refused(r"^a network has no inputs", kind, (), 8)
 
 
 def test_a_reflexs_force_per_feedback_is_a_choice():

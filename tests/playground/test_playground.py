@@ -34,6 +34,7 @@ from played import (
     wasm_of,
 )
 from programs import main
+from refusals import refused
 from tegotae import Rollout, Scenario, Timing
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.hopping import whole_hops
@@ -418,5 +419,4 @@ def test_a_body_that_a_page_cannot_draw_is_refused_by_its_name():
 
 
 def test_a_page_without_controllers_is_refused():
-    with pytest.raises(TegotaeError, match="no controllers were given"):
-        Page([])
+    refused("no controllers were given", Page, [])

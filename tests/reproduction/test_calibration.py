@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from refusals import refused
 from research.reproduction.calibration.measure import CalibrationGrid, measure_reading
 from research.reproduction.calibration.posterior import (
     STRICTNESS,
@@ -30,7 +31,6 @@ from research.reproduction.calibration.scores import (
     tuned_gain,
 )
 from research.reproduction.readings.readings import Reading
-from tegotae._support.errors import TegotaeError
 from tegotae.measures.evaluation import Protocol
 from tegotae.simulation.rollout import Timing
 
@@ -121,8 +121,7 @@ def test_candidates_are_bodies_that_can_stand_and_more_add_to_them():
     assert places.shape == (16, len(PRIOR))
     assert ((places >= 0.0) & (places <= 1.0)).all()
     assert {reading.sector_s for reading in some} == {None, SECTOR_S}
-    with pytest.raises(TegotaeError, match="bodies"):
-        candidates(0)
+    refused("bodies", candidates, 0)
 
 
 # The posterior.
@@ -192,8 +191,7 @@ def test_representatives_are_different_readings_that_lie_as_the_posterior_does()
     np.testing.assert_allclose(
         places[some].mean(axis=0), estimate.weights @ places[estimate.accepted], atol=0.05
     )
-    with pytest.raises(TegotaeError, match="cannot be drawn"):
-        representative(estimate, places, 101)
+    refused("cannot be drawn", representative, estimate, places, 101)
 
 
 def test_undefined_scores_are_as_far_as_can_be_and_undefined_targets_count_for_none():
@@ -204,8 +202,7 @@ def test_undefined_scores_are_as_far_as_can_be_and_undefined_targets_count_for_n
 
 @pytest.mark.parametrize("share", [0.0, 1.5, 0.001])
 def test_a_share_that_accepts_none_or_more_than_all_is_refused(share):
-    with pytest.raises(TegotaeError, match="share is"):
-        posterior(np.ones(10), share)
+    refused("share is", posterior, np.ones(10), share)
 
 
 def test_what_the_scores_say_nothing_about_stays_as_wide_as_before():
@@ -249,8 +246,7 @@ def test_a_table_of_other_readings_is_refused(tmp_path):
     calibrate(path, range(2), scorer=made_up)
     head, first, second = path.read_text().splitlines()
     path.write_text("\n".join([head, first, second.replace("1,", "0,", 1)]) + "\n")
-    with pytest.raises(TegotaeError, match="other readings"):
-        calibrate(path, range(3), scorer=made_up)
+    refused("other readings", calibrate, path, range(3), scorer=made_up)
 
 
 @pytest.mark.thorough

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from refusals import refused
 from research.reproduction.claims.counting import Count
 from research.reproduction.claims.designs import MODELS, correlation_within_omega
 from research.reproduction.claims.effects import OfGainMap, OfTrainings
@@ -14,7 +15,6 @@ from research.reproduction.claims.findings import findings
 from research.reproduction.claims.kept import measure_kept
 from research.reproduction.table import StudyTable
 from study_tables import results
-from tegotae._support.errors import TegotaeError
 from tegotae.figures.learning_curves import algorithms_tables
 from tegotae.figures.style import write_tables
 from tegotae.training.curves import COLUMNS
@@ -68,8 +68,7 @@ def few() -> StudyTable:
 
 
 def test_a_folder_that_is_not_there_is_refused_before_anything_is_computed(tmp_path):
-    with pytest.raises(TegotaeError, match="there is no folder"):
-        findings(few(), tmp_path / "nowhere")
+    refused("there is no folder", lambda: findings(few(), tmp_path / "nowhere"))
 
 
 def test_every_experiment_has_a_command_that_measures_it():
@@ -82,9 +81,7 @@ def test_every_experiment_has_a_command_that_measures_it():
 @pytest.mark.parametrize("content", ["", "a,b\n1,2\n", "\x00\x01", "actuation,way\nsector\n"])
 def test_a_table_that_is_none_is_named_in_one_line(tmp_path, table, content):
     (tmp_path / table).write_text(content)
-    with pytest.raises(TegotaeError, match=table) as error:
-        findings(few(), tmp_path, resamples=20, options=[Count()])
-    assert len(str(error.value).splitlines()) == 1
+    refused(table, lambda: findings(few(), tmp_path, resamples=20, options=[Count()]))
 
 
 @pytest.mark.parametrize("models", [3, MODELS - 1, MODELS])

@@ -9,6 +9,7 @@ import pytest
 from browser import CHROMIUM, DRIVER, MISSING, chromium, prefer, requested, resize
 from places import ROOT
 from records import instant, made_up
+from refusals import refused
 from research.reproduction import runner
 from research.reproduction.claims.atomic import ATOMIC_CLAIMS
 from research.reproduction.claims.counting import Count
@@ -19,7 +20,6 @@ from research.reproduction.plan import plan
 from research.reproduction.record import Record
 from research.reproduction.report.page import first_finding, report_page
 from research.reproduction.table import tabulate
-from tegotae._support.errors import TegotaeError
 from tegotae.figures.style import new_figure, save_figure
 
 in_browser = pytest.mark.skipif(CHROMIUM is None or DRIVER is None, reason=MISSING)
@@ -342,8 +342,7 @@ def test_every_picture_is_part_of_the_page(html) -> None:
 
 def test_a_picture_that_is_none_is_named_in_one_line(tmp_path: Path) -> None:
     (tmp_path / EXPERIMENTS[0].figure).write_text("no picture")
-    with pytest.raises(TegotaeError, match=r"figure3\.png is no PNG picture"):
-        report_page(RECORDS[:1], "", tmp_path)
+    refused(r"figure3\.png is no PNG picture", lambda: report_page(RECORDS[:1], "", tmp_path))
 
 
 def test_a_folder_of_experiments_that_is_not_there_is_refused(

@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from refusals import refused
 from research.reproduction.claims.budgets import by_budget
 from research.reproduction.endings import endings, endings_by_architecture
 from research.reproduction.report.markdown import endings_table
 from research.reproduction.table import StudyTable
 from study_tables import results
-from tegotae._support.errors import TegotaeError
 
 ART_BETTER = {"ART": {"cot_inverse": 0.5}}
 
@@ -78,8 +78,7 @@ def test_a_run_without_a_budget_counts_at_each():
 @pytest.mark.parametrize("budget", [None, np.nan])
 def test_runs_of_unknown_budget_are_refused(budget):
     table = results({}) if budget is None else at_budget_of(results({}), budget)
-    with pytest.raises(TegotaeError, match="has no training_budget"):
-        by_budget(table)
+    refused("has no training_budget", by_budget, table)
 
 
 # How training ended.

@@ -15,6 +15,7 @@ import pytest
 import study_runs
 from places import ROOT
 from programs import main, parsed
+from refusals import refused
 from research.reproduction import runner
 from research.reproduction.about import study_summary
 from research.reproduction.claims.atomic import ATOMIC_CLAIMS
@@ -200,11 +201,9 @@ def test_a_study_may_have_experiments_beside_the_models_of_its_scale(half, capsy
 
 def test_two_experiments_of_one_name_are_refused(half, no_work):
     second = dataclasses.replace(recipe("T-F").experiment(), name="V-sector-w8")
-    with pytest.raises(TegotaeError, match="2 experiments are called V-sector-w8"):
-        plan("smoke", "V-*", [second])
+    refused("2 experiments are called V-sector-w8", plan, "smoke", "V-*", [second])
     alone = plan("smoke", "", [second])
-    with pytest.raises(TegotaeError, match=r"holds a study with another .*controller"):
-        runner.run_study(alone, half)
+    refused(r"holds a study with another .*controller", runner.run_study, alone, half)
 
 
 def test_both_kinds_of_table_hold_the_same(smoke_study, tmp_path):
@@ -588,8 +587,7 @@ def test_a_study_of_another_measure_or_body_is_another_study(half, name, changed
     experiments = tuple(replace(experiment, changed) for experiment in complete.experiments)
     changed_plan = dataclasses.replace(complete, experiments=experiments)
     previous = contents(half)
-    with pytest.raises(TegotaeError, match=f"holds a study with another {name}; "):
-        runner.run_study(changed_plan, half)
+    refused(f"holds a study with another {name}; ", runner.run_study, changed_plan, half)
     assert contents(half) == previous
     ours = {unit.key for unit in plan("smoke").units}
     assert ours.isdisjoint(unit.key for unit in changed_plan.units)

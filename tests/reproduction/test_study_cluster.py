@@ -12,6 +12,7 @@ from contextlib import ExitStack, closing, contextmanager, suppress
 import pytest
 
 import study_runs
+from refusals import refused
 from research.reproduction import runner
 from research.reproduction.cluster import on_cluster
 from research.reproduction.folder import Folder
@@ -264,5 +265,4 @@ def test_workers_that_never_come_are_waited_for_as_long_as_was_said(tmp_path, mo
 def test_a_worker_is_no_scheduler():
     with cluster(workers=1) as scheduler:
         address = next(iter(scheduler.scheduler_info["workers"]))
-        with pytest.raises(TegotaeError, match=r"a Worker answers there$"):
-            on_cluster(address)
+        refused(r"a Worker answers there$", on_cluster, address)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from records import instant, made_up
+from refusals import refused
 from research.reproduction import runner
 from research.reproduction.export import read_study_csv, write_study_csv
 from research.reproduction.folder import Folder
@@ -108,8 +109,7 @@ def test_a_studys_folder_is_a_name_of_its_controllers(folder: Folder, tmp_path: 
         resolve(folder.path).controller()
     for path in folder.records.iterdir():
         path.write_bytes(path.read_bytes()[:100])
-    with pytest.raises(TegotaeError, match=r"has no record that is whole: .* is damaged"):
-        resolve(folder.path)
+    refused(r"has no record that is whole: .* is damaged", resolve, folder.path)
 
 
 @pytest.mark.parametrize("damage", ["cut", "flipped", "foreign", "empty"])
@@ -177,15 +177,12 @@ def test_a_result_of_another_configuration_is_no_result_of_the_study(tmp_path: P
 
 def test_a_folder_of_unknown_records_is_refused(folder: Folder) -> None:
     (folder.path / "study.json").unlink()
-    with pytest.raises(TegotaeError, match=r"no study\.json"):
-        runner.run_study(plan("smoke"), folder.path, instant)
+    refused(r"no study\.json", lambda: runner.run_study(plan("smoke"), folder.path, instant))
 
 
 def test_a_pattern_that_matches_nothing_names_the_nearest() -> None:
-    with pytest.raises(TegotaeError, match="did you mean"):
-        plan("paper", "ARTT-rF-tphi-w8")
-    with pytest.raises(TegotaeError, match="no scale is called 'huge'"):
-        plan("huge")
+    refused("did you mean", plan, "paper", "ARTT-rF-tphi-w8")
+    refused("no scale is called 'huge'", plan, "huge")
 
 
 def test_the_paper_scale_is_the_papers() -> None:

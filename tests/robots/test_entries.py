@@ -11,7 +11,8 @@ import pytest
 from brief_subjects import BriefHopper, BriefQuadruped
 from compiled import needs_gcc
 from places import ROOT
-from tegotae import TegotaeError, save
+from refusals import refused
+from tegotae import save
 from tegotae.cli import main
 from tegotae.systems.controller_file import SavedController, load
 from tegotae.systems.recipe import recipe
@@ -220,28 +221,22 @@ def places(tmp_path_factory):
     ],
 )
 def test_an_entry_that_cannot_drive_the_hopper_is_refused_in_a_line(places, place, track, said):
-    with pytest.raises(TegotaeError, match=said) as raised:
-        read_entry(place.format(places), HopperSubject(), track)
-    assert "\n" not in str(raised.value)
+    refused(said, lambda: read_entry(place.format(places), HopperSubject(), track))
 
 
 @needs_gcc
 def test_a_c_file_that_does_not_compile_is_refused_in_a_line(places):
-    with pytest.raises(TegotaeError, match="cc cannot compile") as raised:
-        read_entry(places / "arg.c", HopperSubject(), "load")
-    assert "\n" not in str(raised.value)
+    refused("cc cannot compile", lambda: read_entry(places / "arg.c", HopperSubject(), "load"))
 
 
 def test_a_network_of_other_senses_is_refused_in_a_line():
     pytest.importorskip("onnxruntime")
     message = "observes 2 numbers; on the track load there are 1: spring_force"
-    with pytest.raises(TegotaeError, match=message):
-        read_entry(ENTRIES / "hopper.onnx", HopperSubject(), "load")
+    refused(message, lambda: read_entry(ENTRIES / "hopper.onnx", HopperSubject(), "load"))
 
 
 def test_a_hoppers_controller_is_refused_on_legs():
-    with pytest.raises(TegotaeError, match="here are"):
-        read_entry("zoo:V-sector-w4/0", QuadrupedSubject(), "load")
+    refused("here are", lambda: read_entry("zoo:V-sector-w4/0", QuadrupedSubject(), "load"))
 
 
 @pytest.mark.parametrize("words", [["papre"], ["quadruped-c"], ["zoo:T-Fv/9"], ["none.onnx"]])
@@ -267,15 +262,12 @@ def failing(observed):
     ],
 )
 def test_an_entry_that_fails_ends_the_run_with_a_line(entry, said):
-    with pytest.raises(TegotaeError, match=said) as raised:
-        scored(entry)
-    assert "\n" not in str(raised.value)
+    refused(said, scored, entry)
 
 
 def test_an_entry_that_takes_too_long_is_refused(monkeypatch):
     monkeypatch.setattr(benchmark, "MOST_CPU_S", -1.0)
-    with pytest.raises(TegotaeError, match="took more than -1 s of a core"):
-        scored(lambda observed: [0.0])
+    refused("took more than -1 s of a core", scored, lambda observed: [0.0])
 
 
 def test_an_action_beyond_the_range_is_clipped():

@@ -16,7 +16,8 @@ from springs import Hertz
 
 import tegotae as tg
 from compiled import FLAGS, SANITIZERS, Compiled, needs_gcc
-from tegotae import Hopper, TegotaeError, Timing, cli
+from refusals import refused
+from tegotae import Hopper, Timing, cli
 from tegotae.parts.bodies import Bar
 from tegotae.parts.fields import replace
 from tegotae.parts.terms import Signals, Term
@@ -318,8 +319,7 @@ def over_all_limbs() -> SavedController:
     ],
 )
 def test_what_cannot_be_exported_is_refused_in_a_line(controller, options, reason):
-    with pytest.raises(TegotaeError, match=reason):
-        package_texts(Export(controller(), **options))
+    refused(reason, lambda: package_texts(Export(controller(), **options)))
 
 
 def test_what_is_no_controller_and_where_nothing_can_be_written_is_said_in_a_line(
@@ -341,8 +341,7 @@ def test_what_is_no_controller_and_where_nothing_can_be_written_is_said_in_a_lin
 
 def test_a_compiler_that_is_missing_is_said_with_what_to_install(monkeypatch):
     monkeypatch.setenv("PATH", "")
-    with pytest.raises(TegotaeError, match=f"^{COMPILER} is not installed; apt-get install"):
-        tg.robots.export_cost("V-reflex-w8")
+    refused(f"^{COMPILER} is not installed; apt-get install", tg.robots.export_cost, "V-reflex-w8")
 
 
 @pytest.mark.skipif(

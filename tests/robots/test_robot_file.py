@@ -8,11 +8,11 @@ import pytest
 
 from places import ROOT
 from programs import main
-from tegotae import TegotaeError
 from tegotae.systems.env_documents import is_robot_file
 from tegotae.systems.resolve import law_on_robot, resolve
 
 pytest.importorskip("mujoco")
+from refusals import refused
 from tegotae.envs import load_wiring
 from tegotae.envs.mujoco.settings import model_files
 from tegotae.envs.robot_file import load_robot
@@ -132,8 +132,7 @@ def test_a_damaged_robot_is_refused_with_a_line_on_what_and_its_cure(leg, old, n
     text = leg.read_text(encoding="utf-8")
     assert re.search(old, text)
     leg.write_text(re.sub(old, new, text, count=1), encoding="utf-8")
-    with pytest.raises(TegotaeError, match=f"^(robots/)?leg.toml.*{message}"):
-        load_robot(leg)
+    refused(f"^(robots/)?leg.toml.*{message}", load_robot, leg)
 
 
 def test_a_missing_foot_is_refused_before_a_training(leg, one_line_error):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from places import ROOT
+from refusals import refused
 from research.legs_limit.known import bound, limit, limit_share, limit_table, stance_loss_j
-from tegotae import TegotaeError
 from tegotae._support.tables import read_csv
 from tegotae.measures.fronts import front
 from tegotae.parts.bodies import Walker
@@ -54,8 +54,7 @@ def test_a_leg_that_is_a_damper_alone_loses_the_impulse_squared_over_its_damping
 
 @pytest.mark.parametrize("numbers", [(0.0, D), (K, -1.0)])
 def test_a_leg_that_cannot_be_is_refused(numbers):
-    with pytest.raises(TegotaeError, match=r"damping|stiffness"):
-        stance_loss_j(1.0, STANCE, *numbers)
+    refused(r"damping|stiffness", lambda: stance_loss_j(1.0, STANCE, *numbers))
 
 
 @needing("work_absolute_j", "x_m", "y_m", "stance_time_s", "failed")
@@ -134,5 +133,4 @@ def test_no_learned_walker_that_is_kept_is_below_the_limit_of_what_its_feet_may_
 
 
 def test_other_feet_are_refused_with_those_that_there_are():
-    with pytest.raises(TegotaeError, match="kind of feet"):
-        limit(0.3, "hooves")
+    refused("kind of feet", limit, 0.3, "hooves")

@@ -16,6 +16,7 @@ import toy_tuning
 from inline import InlineWorkers
 from places import ROOT
 from programs import main
+from refusals import refused
 from research.tuning import (
     SPACES,
     TuningTask,
@@ -261,8 +262,7 @@ def test_a_worker_that_dies_ends_the_search_in_one_line_and_loses_nothing(
     search(tmp_path / "s", 1)
     monkeypatch.setitem(SPACES, "toy", toy_tuning.space(toy_tuning.dying))
     monkeypatch.setattr(tuner, "_pool", PROCESSES)
-    with pytest.raises(TegotaeError, match=r"a worker process has ended.*fewer workers"):
-        search(tmp_path / "s", 3)
+    refused(r"a worker process has ended.*fewer workers", search, tmp_path / "s", 3)
     monkeypatch.setitem(SPACES, "toy", toy_tuning.space())
     monkeypatch.setattr(tuner, "_pool", InlineWorkers)
     trials = search(tmp_path / "s", 3)
@@ -273,8 +273,7 @@ def test_a_worker_that_dies_ends_the_search_in_one_line_and_loses_nothing(
 def test_what_a_training_refuses_is_said_as_it_said_it(toy, tmp_path, monkeypatch):
     monkeypatch.setitem(SPACES, "toy", toy_tuning.space(toy_tuning.refusing))
     monkeypatch.setattr(tuner, "_pool", PROCESSES)
-    with pytest.raises(TegotaeError, match=r"^x is out of the question$"):
-        search(tmp_path / "s", 1)
+    refused(r"^x is out of the question$", search, tmp_path / "s", 1)
 
 
 # A storage file of something else.
@@ -286,8 +285,7 @@ def test_a_storage_of_another_tuning_is_refused_with_what_differs(toy, tmp_path)
     content = storage.read_bytes()
     with pytest.raises(TegotaeError, match=r"differs in seeds, budget_s; choose another file"):
         tune("toy", dataclasses.replace(TASK, seeds=3, budget_s=9e4), storage, trials=1)
-    with pytest.raises(TegotaeError, match=r"a tuning of toy .* differs in algorithm;"):
-        tune("pgpe", TASK, storage, trials=1)
+    refused(r"a tuning of toy .* differs in algorithm;", tune, "pgpe", TASK, storage, trials=1)
     assert storage.read_bytes() == content
 
 
@@ -297,16 +295,14 @@ def test_a_storage_of_another_program_is_refused(toy, tmp_path):
     backend = journal.JournalFileBackend(str(storage))
     optuna.create_study(study_name="mine", storage=journal.JournalStorage(backend))
     content = storage.read_bytes()
-    with pytest.raises(TegotaeError, match=r"holds the study 'mine'; choose another file"):
-        search(storage, 1)
+    refused(r"holds the study 'mine'; choose another file", search, storage, 1)
     assert storage.read_bytes() == content
 
 
 @pytest.mark.parametrize("content", ["not a journal", "not\na journal\n", '{"a": 1}\n', "[1]\n"])
 def test_a_file_that_is_no_storage_is_refused_and_left_as_it_was(toy, tmp_path, content):
     (tmp_path / "s").write_text(content)
-    with pytest.raises(TegotaeError, match=r"holds no tuning.*; choose another file"):
-        search(tmp_path / "s", 1)
+    refused(r"holds no tuning.*; choose another file", search, tmp_path / "s", 1)
     assert (tmp_path / "s").read_text() == content
 
 
@@ -315,8 +311,7 @@ def test_a_storage_in_use_is_refused(toy, tmp_path):
     search(tmp_path / "s", 1)
     with (tmp_path / "s").open() as stream:
         fcntl.flock(stream, fcntl.LOCK_EX)
-        with pytest.raises(TegotaeError, match=r"in use by another tuner"):
-            search(tmp_path / "s", 2)
+        refused(r"in use by another tuner", search, tmp_path / "s", 2)
 
 
 # Named configurations.
@@ -395,17 +390,13 @@ def test_a_damaged_configuration_is_refused(tmp_path, change, message):
     path.write_text(json.dumps(document))
     assert load_configuration(path).settings == PGPE(population=8)
     path.write_text(json.dumps({**document, **change}))
-    with pytest.raises(TegotaeError, match=message):
-        load_configuration(path)
+    refused(message, load_configuration, path)
 
 
 def test_a_missing_configuration_is_refused(tmp_path):
-    with pytest.raises(TegotaeError, match="cannot read"):
-        load_configuration(tmp_path / "none.json")
-    with pytest.raises(TegotaeError, match="no configuration is called 'pgep'"):
-        configuration("pgep")
-    with pytest.raises(TegotaeError, match="no algorithm is called 'pgep'"):
-        tuned("pgep")
+    refused("cannot read", load_configuration, tmp_path / "none.json")
+    refused("no configuration is called 'pgep'", configuration, "pgep")
+    refused("no algorithm is called 'pgep'", tuned, "pgep")
 
 
 # The command, and its page.

@@ -14,6 +14,7 @@ from hypothesis import given, strategies as st
 
 from controller_files import text
 from records import made_up
+from refusals import refused
 from research.reproduction.folder import Folder
 from research.reproduction.plan import plan
 from research.reproduction.readings.folder import MultiverseFolder
@@ -148,8 +149,7 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path, monkeypatch):
 
 
 def test_a_file_that_may_not_be_read_is_not_called_damaged(tmp_path):
-    with pytest.raises(TegotaeError, match=r"^cannot read .*: Is a directory$"):
-        documents.read(tmp_path)
+    refused(r"^cannot read .*: Is a directory$", documents.read, tmp_path)
 
 
 # Every kind of document, with entries of a wrong type.
@@ -198,8 +198,7 @@ def test_the_description_of_a_multiverse_is_held_against_its_schema(tmp_path, pl
 def test_the_account_of_a_training_is_held_against_its_schema(tmp_path, text):
     (tmp_path / "run.json").write_text(text)
     (tmp_path / "checkpoint.npz").touch()
-    with pytest.raises(TegotaeError, match=r"run\.json is damaged: .*; choose another folder"):
-        claim(tmp_path, {}, {})
+    refused(r"run\.json is damaged: .*; choose another folder", claim, tmp_path, {}, {})
 
 
 @pytest.mark.parametrize(
@@ -248,8 +247,7 @@ def test_kept_settings_are_held_against_their_algorithm(tmp_path, settings, mess
 def test_a_controller_whose_name_would_harm_is_refused_in_one_line(tmp_path, name, one_line_error):
     path = tmp_path / "controller.json"
     path.write_text(json.dumps({**json.loads(text()), "name": name}))
-    with pytest.raises(TegotaeError, match="which no text of such a file has"):
-        controller_file.load(path)
+    refused("which no text of such a file has", controller_file.load, path)
     assert f"{path} is damaged: its text " in one_line_error("simulate", str(path))
 
 

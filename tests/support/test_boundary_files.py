@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from refusals import refused
 from research.reproduction.commands.study import experiments_at
 from tegotae import Rollout, TegotaeError
 from tegotae._support.files import read_arrays
@@ -71,8 +72,7 @@ def test_a_recording_that_would_unpack_to_gigabytes_is_not_unpacked(tmp_path, mo
     assert path.stat().st_size < 100_000
     monkeypatch.setattr(recordings, "MOST_BYTES", 2**22)
     monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("it was unpacked"))
-    with pytest.raises(TegotaeError, match="it unpacks to 16 MiB, more than 4 MiB"):
-        read_columns(path)
+    refused("it unpacks to 16 MiB, more than 4 MiB", read_columns, path)
 
 
 DEEP = "[" * 5000 + "]" * 5000
@@ -90,10 +90,8 @@ def test_documents_that_are_nested_without_end_are_refused(tmp_path):
     for name, read in readers.items():
         path = tmp_path / name
         path.write_text(f"limbs = {DEEP}" if name.endswith(".toml") else DEEP)
-        with pytest.raises(TegotaeError, match="nested deeper than 64 levels"):
-            read(path)
-    with pytest.raises(TegotaeError, match="is not a controller file"):
-        controller_file.load(tmp_path / "plans.json")
+        refused("nested deeper than 64 levels", read, path)
+    refused("is not a controller file", controller_file.load, tmp_path / "plans.json")
 
 
 SPACELESS = """

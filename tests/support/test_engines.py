@@ -8,6 +8,7 @@ import jax
 import pytest
 
 import tegotae
+from refusals import refused
 from tegotae import Rollout, Scenario, TegotaeError, Timing
 from tegotae._support import engines
 from tegotae._support.engines import EngineWarning, selected
@@ -58,8 +59,7 @@ def test_a_setting_of_jax_that_changes_results_is_refused_before_work(name, one_
             lambda: Run(experiment=tegotae.recipe("AR").experiment()),
             lambda: Evolution().start(tegotae.recipe("AR").experiment(), [0]),
         ):
-            with pytest.raises(TegotaeError, match=message):
-                work()
+            refused(message, work)
     finally:
         jax.config.update(name, False)
 
@@ -91,8 +91,7 @@ def test_without_a_tested_llvmlite_xla_runs_and_that_is_said_once(llvmlite, vers
 def test_native_code_that_is_asked_for_and_cannot_be_had_is_an_error(llvmlite, monkeypatch):
     llvmlite(None)
     monkeypatch.setenv("TEGOTAE_ENGINE", "native")
-    with pytest.raises(TegotaeError, match="TEGOTAE_ENGINE is native, and llvmlite is not"):
-        selected()
+    refused("TEGOTAE_ENGINE is native, and llvmlite is not", selected)
 
 
 def test_on_a_gpu_xla_runs_without_a_word(monkeypatch):

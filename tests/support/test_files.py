@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from refusals import refused
 from tegotae import TegotaeError
 from tegotae._support import files
 from tegotae._support.files import hold, output_file, output_folder, write_atomically
@@ -85,8 +86,7 @@ def test_a_full_disk_leaves_the_old_file_and_is_said_in_one_line(tmp_path, monke
     path = tmp_path / "file"
     write_atomically(path, "old")
     monkeypatch.setattr("os.fsync", full)
-    with pytest.raises(TegotaeError, match=f"^cannot write {path}: No space left on device$"):
-        write_atomically(path, "new")
+    refused(f"^cannot write {path}: No space left on device$", write_atomically, path, "new")
     assert path.read_text() == "old"
     assert os.listdir(tmp_path) == ["file"]
 
@@ -124,8 +124,7 @@ def test_a_folder_that_cannot_be_made_is_refused_in_one_line(tmp_path, name):
 
 def test_a_file_where_a_folder_is_wanted_is_called_one(tmp_path):
     (tmp_path / "file").write_text("kept")
-    with pytest.raises(TegotaeError, match=r"it is a file$"):
-        output_folder(tmp_path / "file")
+    refused(r"it is a file$", output_folder, tmp_path / "file")
     assert (tmp_path / "file").read_text() == "kept"
 
 
@@ -146,7 +145,5 @@ def test_a_file_is_checked_before_the_work_and_leaves_nothing_until_it_is_writte
 
 
 def test_a_folder_where_a_file_is_wanted_is_called_one(tmp_path):
-    with pytest.raises(TegotaeError, match=r"it is a folder$"):
-        output_file(tmp_path)
-    with pytest.raises(TegotaeError, match=r"Is a directory$"):
-        write_atomically(tmp_path, "")
+    refused(r"it is a folder$", output_file, tmp_path)
+    refused(r"Is a directory$", write_atomically, tmp_path, "")

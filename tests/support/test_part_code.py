@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from refusals import refused
 from research.reproduction import runner
 from research.reproduction.folder import Folder
 from research.reproduction.plan import plan
@@ -182,8 +183,7 @@ def test_a_parts_fields_have_no_name_that_documents_need():
     part = dataclasses.make_dataclass(
         "Hashed", [("sha256", str, "")], bases=(VanillaAction,), frozen=True
     )
-    with pytest.raises(TegotaeError, match="give its field another name"):
-        registry.register(part)
+    refused("give its field another name", registry.register, part)
 
 
 # What was made with it.
@@ -206,8 +206,7 @@ def test_a_training_is_not_gone_on_with_once_a_part_of_it_was_edited(
     assert "another folder" in message
 
     file = out / "edited-seed0.json"
-    with pytest.raises(TegotaeError, match=f"was made with other code of {users.body}"):
-        controller_file.load(file)
+    refused(f"was made with other code of {users.body}", controller_file.load, file)
     message = one_line_error("robustness", str(file), "--out", str(tmp_path / "tried"))
     assert f"was made with other code of {users.body}" in message
     users.edit("1.0")

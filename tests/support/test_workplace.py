@@ -6,6 +6,7 @@ import pytest
 
 import tiny
 from programs import main
+from refusals import refused
 from research.reproduction.folder import Folder
 from research.reproduction.plan import plan
 from research.tuning import TuningTask
@@ -112,8 +113,7 @@ def test_so_do_a_study_and_what_controllers_generalise_to(tmp_path):
     with alone(tried, GENERALISATION, restart=True):
         assert not (tried / "records").exists()
     assert (tmp_path / "tried.earlier1" / "records" / "a.trial.npz").exists()
-    with pytest.raises(TegotaeError, match="no controllers"):
-        generalise([], [], tried, restart=True)
+    refused("no controllers", generalise, [], [], tried, restart=True)
 
 
 def test_so_does_a_tuning_unless_another_is_at_it(tmp_path):

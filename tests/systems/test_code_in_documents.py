@@ -13,6 +13,7 @@ import pytest
 
 import controller_files
 import tegotae
+from refusals import refused
 from tegotae import Hopper, TegotaeError
 from tegotae._support import documents
 from tegotae.envs import load_wiring
@@ -156,8 +157,7 @@ def test_code_of_a_file_runs_after_the_user_has_registered_it(name):
 def test_a_reference_that_the_user_named_is_of_no_other_object():
     registry.load_object("evil.py:run", object, "function")
     registry.require_named(f"{Path.cwd()}/evil.py:run", "leg.json")
-    with pytest.raises(TegotaeError, match=r"'evil\.py:stop'"):
-        registry.require_named("evil.py:stop", "leg.json")
+    refused(r"'evil\.py:stop'", registry.require_named, "evil.py:stop", "leg.json")
 
 
 def test_a_registered_environment_and_a_model_are_data():

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from refusals import refused
 from tegotae import Hopper, TegotaeError
 from tegotae.measures.objectives.fitness import Fitness, HoppingLegs
 from tegotae.simulation.world import Uniform
@@ -105,15 +106,13 @@ def test_a_file_that_cannot_be_read_is_named(folder, monkeypatch):
         return open_path(path, *args, **kwargs)
 
     monkeypatch.setattr(Path, "open", denied)
-    with pytest.raises(TegotaeError, match=f"^cannot read {folder / 'b.json'}: Permission denied$"):
-        read_runs(folder)
+    refused(f"^cannot read {folder / 'b.json'}: Permission denied$", read_runs, folder)
 
 
 def test_a_link_to_nothing_is_named(folder):
     (folder / "b.json").unlink()
     (folder / "b.json").symlink_to(folder / "gone")
-    with pytest.raises(TegotaeError, match=f"^cannot read {folder / 'b.json'}: No such file"):
-        read_runs(folder)
+    refused(f"^cannot read {folder / 'b.json'}: No such file", read_runs, folder)
 
 
 def test_a_subfolder_that_cannot_be_read_is_named(folder, monkeypatch):
@@ -125,8 +124,7 @@ def test_a_subfolder_that_cannot_be_read_is_named(folder, monkeypatch):
         return scan(place)
 
     monkeypatch.setattr(os, "scandir", denied)
-    with pytest.raises(TegotaeError, match=f"^cannot read {folder / 'more'}: Permission denied$"):
-        read_runs(folder)
+    refused(f"^cannot read {folder / 'more'}: Permission denied$", read_runs, folder)
 
 
 def test_evaluate_names_it_in_one_line_from_a_plain_shell(folder):

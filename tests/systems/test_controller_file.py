@@ -14,6 +14,7 @@ from hypothesis import given, strategies as st
 
 from controller_files import example, text
 from places import TESTS
+from refusals import refused
 from tegotae import TegotaeError, Timing
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.walking import Walking
@@ -121,8 +122,7 @@ def test_weights_that_do_not_go_with_the_controller_are_refused_by_name(tmp_path
     document = json.loads((tmp_path / "controller.json").read_text())
     change(document["weights"])
     (tmp_path / "controller.json").write_text(json.dumps(document))
-    with pytest.raises(TegotaeError, match=message):
-        load(tmp_path / "controller.json")
+    refused(message, load, tmp_path / "controller.json")
 
 
 # Not to be written.
@@ -134,8 +134,7 @@ def test_weights_that_do_not_go_with_the_controller_are_refused_by_name(tmp_path
 )
 def test_weights_that_could_not_be_read_back_are_not_written(tmp_path, weights, message):
     saved = dataclasses.replace(example("V-sector-w4"), weights=np.array(weights))
-    with pytest.raises(TegotaeError, match=message):
-        save(saved, tmp_path / "controller.json")
+    refused(message, save, saved, tmp_path / "controller.json")
     assert not list(tmp_path.iterdir())
 
 
@@ -296,8 +295,7 @@ def test_a_file_with_a_wrong_entry_is_refused_with_what_is_wrong(tmp_path, chang
     alter(document)
     path = tmp_path / "controller.json"
     path.write_text(json.dumps(document))
-    with pytest.raises(TegotaeError, match=message):
-        load(path)
+    refused(message, load, path)
     assert refusal(path) in one_line_error("simulate", str(path))
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from places import TESTS
+from refusals import refused
 from tegotae import Experiment, Rollout, Scenario, TegotaeError, Timing
 from tegotae.analysis.maps import map_basin
 from tegotae.analysis.orbit import find_orbit
@@ -85,8 +86,7 @@ def test_an_episode_of_training_starts_the_limbs_apart(experiment):
     ],
 )
 def test_a_start_that_the_body_cannot_take_is_refused(experiment, changed, message):
-    with pytest.raises(TegotaeError, match=message):
-        replace(experiment, changed)
+    refused(message, replace, experiment, changed)
 
 
 # What is for one limb
@@ -127,8 +127,7 @@ def test_the_optimum_says_it_too(saved_file, one_line_error):
     ids=["orbit", "basin", "environment", "simulation"],
 )
 def test_from_python_one_line_says_so(saved, analysis):
-    with pytest.raises(TegotaeError, match=ONE_LIMB):
-        analysis(saved)
+    refused(ONE_LIMB, analysis, saved)
 
 
 def test_metrics_of_a_rollout_are_refused_while_it_is_compiled(saved):

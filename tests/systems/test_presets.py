@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import odeint
 
+from refusals import refused
 from tegotae import Hopper, System, TegotaeError, Timing
 from tegotae.analysis.simulation import simulate
 from tegotae.systems.system import Release
@@ -81,10 +82,7 @@ def test_the_presets_numbers_are_those_of_their_sources():
 
 
 def test_an_unknown_preset_is_refused_with_the_nearest_one():
-    with pytest.raises(
-        TegotaeError, match=r"^no preset is called 'pytegotaecpg'; did you mean pyT"
-    ):
-        preset("pytegotaecpg")
+    refused(r"^no preset is called 'pytegotaecpg'; did you mean pyT", preset, "pytegotaecpg")
 
 
 def test_an_unknown_actuation_is_refused_with_the_nearest_one():

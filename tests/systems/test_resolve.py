@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from refusals import refused
 from tegotae import TegotaeError
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
@@ -104,8 +105,7 @@ def test_a_folder_of_a_systems_name_leaves_it_what_it_is(place):
 
 def test_the_gain_of_a_pure_v_model_is_found_by_search():
     result = resolve("V-reflex-w8")
-    with pytest.raises(TegotaeError, match="has weights to train and no file was given"):
-        result.controller()
+    refused("has weights to train and no file was given", result.controller)
     assert controller_of(result).weights.shape == (1,)
 
 
@@ -131,10 +131,10 @@ def test_the_gain_of_a_pure_v_model_is_found_by_search():
 def test_what_a_question_cannot_use_is_refused_in_one_line(
     place, parts_file, name, question, message
 ):
-    with pytest.raises(TegotaeError) as refused:
+    with pytest.raises(TegotaeError) as raised:
         getattr(resolve(name.replace("OWN", str(parts_file))), question)()
-    assert message in str(refused.value)
-    assert "\n" not in str(refused.value)
+    assert message in str(raised.value)
+    assert "\n" not in str(raised.value)
 
 
 def test_a_budget_sizes_models_alone(place):
@@ -145,8 +145,6 @@ def test_a_budget_sizes_models_alone(place):
 
 def test_a_file_of_something_else_is_refused(place):
     (place / "other.json").write_text('{"format": "something"}')
-    with pytest.raises(TegotaeError, match="is not a controller file"):
-        resolve("other.json")
+    refused("is not a controller file", resolve, "other.json")
     (place / "empty").mkdir()
-    with pytest.raises(TegotaeError, match="holds no controller files"):
-        resolve("empty")
+    refused("holds no controller files", resolve, "empty")

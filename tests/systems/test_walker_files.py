@@ -3,6 +3,7 @@
 import pandas as pd
 import pytest
 
+from refusals import refused
 from tegotae import TegotaeError, train
 from tegotae.cli import main
 from tegotae.parts.bodies import Sensors
@@ -110,5 +111,4 @@ def test_a_file_that_is_no_walker_is_refused_in_one_line(walker_file, old, new, 
 
 
 def test_a_file_that_is_not_there_is_named():
-    with pytest.raises(TegotaeError, match=r"there is no file nowhere\.toml"):
-        resolve("AR@nowhere.toml")
+    refused(r"there is no file nowhere\.toml", resolve, "AR@nowhere.toml")

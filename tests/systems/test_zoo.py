@@ -15,6 +15,7 @@ from pages import blocks
 from places import ROOT
 from programs import main
 from prose_numbers import kept_file
+from refusals import refused
 from research.reproduction.folder import Folder
 from research.reproduction.zoo import ZooEntry, core, write_archive
 from tegotae import TegotaeError
@@ -247,8 +248,7 @@ def test_a_file_holds_controllers_of_legs_too(tmp_path, capsys):
     np.testing.assert_array_equal(result.controller().weights, weights[1].astype("float32"))
     assert main(["models", f"{name}/all", "--zoo"]) == 0
     assert "cost_of_transport" in capsys.readouterr().out
-    with pytest.raises(TegotaeError, match=f"known: {experiment.name}$"):
-        load(f"zoo:{tmp_path / 'legs.npz'}:zz")
+    refused(f"known: {experiment.name}$", load, f"zoo:{tmp_path / 'legs.npz'}:zz")
 
 
 def test_a_pattern_without_controllers_is_refused_with_the_nearest_names(file, one_line_error):

@@ -2,9 +2,8 @@
 
 import dataclasses
 
-import pytest
-
-from tegotae import Experiment, TegotaeError
+from refusals import refused
+from tegotae import Experiment
 from tegotae.api.experiments import adjusted
 from tegotae.parts.fields import replace
 from tegotae.simulation.integrators import Hold, PredictorCorrector
@@ -35,8 +34,7 @@ def test_the_option_holds_and_leaves_alone_what_holds_already():
 
 
 def test_agents_learn_in_continuous_time_and_say_so():
-    with pytest.raises(TegotaeError, match="agents learn in continuous time"):
-        Run(experiment=HELD, learner=AgentLearner())
+    refused("agents learn in continuous time", lambda: Run(experiment=HELD, learner=AgentLearner()))
 
 
 def test_the_gain_of_a_vanilla_controller_is_searched_held():

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tegotae import TegotaeError
+from refusals import refused
 from tegotae.cli import main
 from tegotae.figures.learning_curves import algorithms_figure, algorithms_tables
 from tegotae.figures.style import write_tables
@@ -75,8 +75,7 @@ def test_settings_that_differ_are_part_of_the_name(tmp_path):
 def test_runs_that_cannot_be_told_apart_are_refused(tmp_path):
     leave_agent(tmp_path / "a", [0.1])
     leave_agent(tmp_path / "b", [0.2])
-    with pytest.raises(TegotaeError, match=f"two runs of ppo on {MODEL} with seed 0"):
-        read_curves([tmp_path])
+    refused(f"two runs of ppo on {MODEL} with seed 0", read_curves, [tmp_path])
 
 
 @pytest.mark.parametrize(
@@ -95,20 +94,17 @@ def test_runs_that_cannot_be_told_apart_are_refused(tmp_path):
 def test_damage_is_named(tmp_path, name, text):
     leave_agent(tmp_path / "a", [0.1])
     (tmp_path / "a" / name).write_text(text)
-    with pytest.raises(TegotaeError, match=r"a.* (is|are) damaged"):
-        read_curves([tmp_path])
+    refused(r"a.* (is|are) damaged", read_curves, [tmp_path])
 
 
 @pytest.mark.parametrize("place", ["nowhere", "nowhere.csv", "."])
 def test_a_place_without_curves_is_named(tmp_path, place):
-    with pytest.raises(TegotaeError, match=r"there is no|holds no learning|No such file"):
-        read_curves([tmp_path / place])
+    refused(r"there is no|holds no learning|No such file", read_curves, [tmp_path / place])
 
 
 def test_another_table_is_refused(tmp_path):
     (tmp_path / "a.csv").write_text("x,y\n1,2\n")
-    with pytest.raises(TegotaeError, match=r"a\.csv is no table of learning curves"):
-        read_curves([tmp_path / "a.csv"])
+    refused(r"a\.csv is no table of learning curves", read_curves, [tmp_path / "a.csv"])
 
 
 def test_a_written_table_is_read_back(tmp_path):

@@ -3,9 +3,8 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
-import pytest
 
-from tegotae import TegotaeError
+from refusals import refused
 from tegotae.training.algorithms import SNES
 from tegotae.training.settings import learner
 
@@ -52,5 +51,4 @@ def test_it_climbs_without_a_learning_rate():
 
 def test_it_is_trained_with_by_its_name_and_refuses_no_population():
     assert learner("snes") is SNES
-    with pytest.raises(TegotaeError, match="population is 1; it must be a whole number of at le"):
-        SNES(population=1)
+    refused("population is 1; it must be a whole number of at le", SNES, population=1)

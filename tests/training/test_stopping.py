@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tegotae import TegotaeError
+from refusals import refused
 from tegotae.training.evolution import CAP, PLATEAU, RUNNING, Stopping
 
 RULE = Stopping(generations=1000, least=40, share=0.5, tolerance=0.01)
@@ -80,5 +80,4 @@ def test_before_the_first_generation_nothing_has_ended():
     ],
 )
 def test_a_rule_that_is_none_is_refused(changed, message):
-    with pytest.raises(TegotaeError, match=f"^{message}"):
-        Stopping(**changed)
+    refused(f"^{message}", Stopping, **changed)

@@ -14,6 +14,7 @@ import pytest
 
 import tiny
 from lowered import available_targets
+from refusals import refused
 from tegotae import Hopper, Rollout, Scenario, TegotaeError, Timing
 from tegotae.measures.evaluation import Protocol
 from tegotae.measures.objectives.fitness import Fitness
@@ -214,8 +215,7 @@ OTHERS = {
 def test_a_folder_of_another_training_is_refused_and_left_as_it_is(tiny_training, name):
     content = tiny.contents(tiny_training)
     message = f"^{tiny_training} holds a training of ART-rF-tphif-w8 that differs in {name}; "
-    with pytest.raises(TegotaeError, match=message):
-        train(OTHERS[name], tiny_training)
+    refused(message, lambda: train(OTHERS[name], tiny_training))
     assert tiny.contents(tiny_training) == content
 
 
@@ -283,8 +283,7 @@ def test_a_damaged_folder_is_refused_and_left_as_it_is(tiny_training, tmp_path, 
     folder = copy_of(tiny_training, tmp_path)
     damage(folder)
     content = tiny.contents(folder)
-    with pytest.raises(TegotaeError, match=f"^{folder}.*{message}[^\n]+$"):
-        train(tiny.RUN, folder)
+    refused(f"^{folder}.*{message}[^\n]+$", train, tiny.RUN, folder)
     assert {**tiny.contents(folder), "run.json": b""} == {**content, "run.json": b""}
 
 
@@ -299,8 +298,7 @@ def test_a_checkpoint_of_another_training_is_refused_whatever_the_folder_says(
     (folder / "run.json").write_text(json.dumps(document, indent=1) + "\n")
     content = tiny.contents(folder)
     message = f"^{folder / 'checkpoint.npz'} is of a training that differs in {name}; remove it "
-    with pytest.raises(TegotaeError, match=message):
-        train(other_run, folder)
+    refused(message, train, other_run, folder)
     assert tiny.contents(folder) == content
 
 
@@ -351,8 +349,7 @@ def test_a_vanilla_models_gain_is_the_fittest_of_the_grid(tmp_path):
     ],
 )
 def test_a_run_of_unusable_numbers_is_refused(changed, message):
-    with pytest.raises(TegotaeError, match=f"^{message}"):
-        dataclasses.replace(tiny.RUN, **changed)
+    refused(f"^{message}", dataclasses.replace, tiny.RUN, **changed)
 
 
 @pytest.mark.parametrize(
@@ -367,8 +364,7 @@ def test_a_run_of_unusable_numbers_is_refused(changed, message):
     ],
 )
 def test_a_body_that_cannot_hop_is_refused_before_the_training(tmp_path, settings, message):
-    with pytest.raises(TegotaeError, match=f"^{message}"):
-        train(tiny.changed(**settings), tmp_path / "new")
+    refused(f"^{message}", lambda: train(tiny.changed(**settings), tmp_path / "new"))
     assert not (tmp_path / "new").exists()
 
 
