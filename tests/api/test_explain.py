@@ -149,24 +149,6 @@ def test_an_interval_may_pass_zero_and_what_is_not_visited():
     assert arcs(phase, phase > -1.0, phase > 7.0) == []
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["bar-light"], "hops in place"),
-        (["zoo:ART-rF-tphi-w8/all"], "name one of them"),
-        (["V-sector-w8", "--releases", "0"], "releases is 0"),
-        (["V-sector-w8", "--seed", "-1"], "seed is -1"),
-        (["V-sector-w8", "--duration-s", "0"], "must be at least 1"),
-        (["V-sector-w8", "--retune", "-1"], "retune is -1"),
-        (["V-sector-w8", "--retune-seeds", "0"], "retune_seeds is 0"),
-        (["V-sector-w8", "--releases", "1"], "releases is 1; it must be at least 2"),
-        (["ART-rF-tphi-w8"], "take zoo:ART-rF-tphi-w8"),
-    ],
-)
-def test_what_cannot_be_explained_is_refused_in_one_line(words, said, one_line_error):
-    assert said in one_line_error("explain", *words)
-
-
 SECTOR = PRESETS["paper"].system("sector")
 
 

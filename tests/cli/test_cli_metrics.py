@@ -32,9 +32,3 @@ def test_a_users_metrics_are_listed_with_their_file(capsys):
         ("largest_pitch_rad", "walking"),
         ("largest_action", "robots"),
     ]
-
-
-def test_a_name_of_no_metric_is_refused_with_the_nearest_ones(one_line_error):
-    assert "no metric is called 'uprigt'; did you mean upright" in one_line_error(
-        "metrics", "uprigt"
-    )

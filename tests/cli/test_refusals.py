@@ -5,8 +5,12 @@ import shlex
 
 import pytest
 
+from places import TESTS
 from tegotae import Rollout
 
+USERS = TESTS / "users" / "my_parts.py"
+NEEDED = {"tuning": "optuna", "--env": "mujoco", "fit-template": "mujoco", "suggest": "mujoco"}
+"""Packages of extras that a refusal needs, by a word of its line."""
 # Words that make no command, with what was meant.
 MISTYPED = {
     "simulate --sgima 2": "no option of paper is called '--sgima'; did you mean --sigma",
@@ -76,6 +80,58 @@ UNKNOWN = {
     "models V-sectro-w4": "did you mean V-sector-w4",
     "models xyz --json": "no model is called 'xyz'; some that are: V-sector-w4",
     "models ''": "no model is called ''",
+    "models X@nowhere": "no recipe is called",
+    "metrics uprigt": "no metric is called 'uprigt'; did you mean upright",
+    "evaluate paper --metric cot_invers": "called 'cot_invers'; did you mean cot_inverse",
+    "evaluate paper --metric no_such_file.py:metric": "there is no file no_such_file.py",
+    "evaluate paper --metric peak_force:nothing": "no object of peak_force is called",
+    "evaluate paper --metric peak_force:_peak_force": "is no metric",
+    "evaluate quadruped-x": "no model or system is called 'quadruped-x'; did you mean quadruped-",
+    **{
+        f"{command} AR@quadruped-c": "first: tegotae train AR-rF@quadruped-c --out FOLDER"
+        for command in ("evaluate", "robustness", "simulate")
+    },
+    "explain bar-light": "hops in place",
+    "explain zoo:ART-rF-tphi-w8/all": "name one of them",
+    "explain ART-rF-tphi-w8": "take zoo:ART-rF-tphi-w8",
+    "figure surface paper --policy math:cos --out x.png": "paper is a controller, and policy names",
+    "figure surface --policy math:cos --sigma 2 --out x.png": "is called '--sigma",
+    "figure surface paper --acts feedback --out x.png": "is called '--acts",
+    "train ART@nowhere": "no legged system is called",
+    "train nowhere.py:experiment": "there is no file nowhere.py",
+    "train no_such_module:experiment": "there is no module no_such_module",
+    f"train {USERS}:experimnt": "did you mean experiment",
+    f"train {USERS}:Height": "is no system: it is a Height, no ",
+    f"train {USERS}:experiment --body {USERS}:Height": "is no body: ",
+    f"train ART --algorithm {USERS}:Height": "is no algorithm: ",
+    "train --parts": "--parts names no file",
+    "train ARTT --env hopper": "did you mean ART",
+    "train ART --env hoper": "no environment is called 'hoper'; did you mean hopper",
+    "train ART --env my_robot.py": "my_robot.py:FUNCTION",
+    f"train ART --env {TESTS / 'helpers' / 'wired_env.py'}:Scales": "no wiring is given",
+    "train ART --env hopper --fitness speed": "no fitness is called 'speed'",
+    "train ART --env hopper --settings mass": "is no NAME=VALUE",
+    "train ART --env hopper --settings mass=3": "no setting of a MuJoCo model is called 'mass'",
+    "train ART --env hopper --episodes 4": "is called '--episodes",
+    "train ART --env hopper --mass-kg 2": "is called '--mass-kg",
+    **{
+        f"{command} robot.urdf": "robot.urdf is URDF; convert it to MJCF"
+        for command in ("wiring suggest", "fit-template", "train AR@quadruped-c --env")
+    },
+    "benchmark run papre": "did you mean paper",
+    "benchmark run quadruped-c": "the entry senses spring_force[0]; here are spring_force",
+    "benchmark run zoo:T-Fv/9": "the entry senses velocity; here are spring_force",
+    "benchmark run none.onnx": "there is no file",
+    "tuning ART --algorithm pgep --storage s": "no algorithm is called 'pgep'; did you mean pgpe",
+    f"tuning ART --algorithm {USERS}:Height --storage s": "is no algorithm: ",
+    "tuning ARTT --storage s": "no model or system is called 'ARTT'",
+    "tuning --storage s": "names come first",
+    "tuning ART ART-rF-tphif-w8 --storage s": "each may be given only once",
+    "tuning V-sector-w4 --storage s": "V-sector-w4 has no network to train",
+    "reproduction run --dir s --scale smoke --models 'V-*' 'W-*'": "'W-*'",
+    "reproduction readings run --scale huge --dir new": "no scale is called 'huge'",
+    "reproduction readings status --dir new": "holds no study",
+    "reproduction readings export --dir new --out out": "holds no study",
 }
 # Values that cannot be.
 UNUSABLE = {
@@ -118,7 +174,19 @@ UNUSABLE = {
     "evaluate paper --undisturbed-s nan": "undisturbed_s is nan",
     "evaluate paper --omega 1e39": "omega_t is 1e+39; it must be at most 1000",
     "evaluate paper --drop-m 1e308": "drop_m is 1e+308; it must be at most 1000",
+    "evaluate quadruped-c --omega nan": "omega is nan; it must be finite",
     "compare paper paper-reflex --drop-m=-1": "drop_m is -1",
+    "explain paper --releases 0": "releases is 0",
+    "explain paper --releases 1": "releases is 1; it must be at least 2",
+    "explain paper --seed=-1": "seed is -1",
+    "explain paper --duration-s 0": "must be at least 1",
+    "explain paper --retune=-1": "retune is -1",
+    "explain paper --retune-seeds 0": "retune_seeds is 0",
+    **{
+        f"export native paper --max-force-n={force} --out leg.native": f"force_n is {said}"
+        for force, said in (("nan", "nan"), ("-1", "-1"), ("0", "0"), ("inf", "inf"), ("1e39", ""))
+    },
+    "export native paper --max-force-n 3 --out leg.native": "its largest force already",
     "train ART --population 7": "population is 7; PGPE samples pairs, so it must be even",
     "train ART --population 0": "population is 0; it must be a whole number of at least 2",
     "train ART --population 1000000000000": "seeds and 96 weights, would need about",
@@ -139,7 +207,28 @@ UNUSABLE = {
     "train ART --tick-s 0": "tick_s is 0",
     "train ART --tick-s 0.003": "frame_s is 0.02; it must be a whole multiple of tick_s (0.003)",
     "train ART --vary mass_kg=0.0_8:0.1": "is no condition",
+    "train ARGT@hexapod --budget 9": "too small",
+    f"train {USERS}:experiment --budget 20": "--budget sizes the networks of the paper's",
+    f"train {USERS}:experiment --cot-only": "cot_only belongs to the paper's fitness",
+    **{
+        f"train ART --{option}": "belongs to environments; give env, too"
+        for option in ("wiring leg.toml", "omega 8", "workers 0")
+    },
+    **{
+        f"train ART --env hopper --{option} 4": "the 4 episodes on hopper would be alike"
+        for option in ("episodes-per-candidate", "evaluation-episodes")
+    },
+    "train ART --env hopper --settings duration_s=9": "the experiment's duration_s is 24",
+    "train ART --env hopper --algorithm SAC": "take a model without, such as AR",
+    "train ART --env hopper --work positive": "the wiring does not say work_positive",
+    "train ART --env hopper --fitness return --cot-only": "cot_only belongs to the fitness hop",
     "robustness paper --conditions delay=0.0_1/0.02": "has no levels",
+    **{
+        f"robustness paper --out new --conditions {name}={level}": f"of {name} is {level:g}"
+        for name in ("delay", "lag", "noise", "mass", "omega", "blow")
+        for level in (1e308, -1e308, float("nan"))
+    },
+    "robustness paper --out new --conditions delay=1000": "is 500000 control ticks; 128 are",
     "models ART --budget 5": "budget is 5, too small: ART-rF-tphi has at least 12 weights",
     "models --budget=-3": "budget is -3; it must be a whole number of at least 1",
     "models ART --zoo --budget 20": "budget sizes controllers that are not trained",
@@ -160,10 +249,17 @@ UNUSABLE = {
     "benchmarks --lanes 0": "lanes is 0; it must be a whole number of at least 1",
     "benchmarks --lanes 1000000000000": "1000000000000 lanes would need about 2.86e+06 GiB",
     "tuning ART --storage s --workers 99999": "workers is 99999; on this machine of",
+    **{f"tuning ART --storage s --{x} 0": f"{x} is 0" for x in ("trials", "seeds", "workers")},
+    "tuning ART --storage s --confirm=-1": "confirm is -1",
+    "tuning ART --storage s --simulated-s 100": "4 episodes of 24 s; at least 128 are needed, 3072",
+    "tuning ART --storage s --simulated-s nan": "budget_s is nan",
+    "tuning ART --storage s --budget 3": "budget is 3, too small",
+    "tuning ART --storage s --duration-s 12.5": "leaves less than 1 s after settling",
     "tuning ART --storage s --simulated-s 1e300": "budget_s is 1e+300; it must be at most",
     "reproduction optimum-table --starts 0": "starts is 0; it must be a whole",
     "reproduction run --dir s --workers 0": "workers is 0; it must be a whole number",
     "reproduction run --dir s --workers 99999": "workers is 99999; on this machine of",
+    "reproduction readings run --dir s --readings 0": "readings is 0",
     "reproduction readings run --dir s --readings 999999999": "readings is 999999999",
     "reproduction gain-map --omega 0 1e308 --out g.png": "omega (high end) is 1e+308",
     "reproduction gain-map --sigma 0 1e30 --out g.png": "sigma (high end) is 1e+30",
@@ -189,8 +285,8 @@ def no_work(monkeypatch):
 def test_what_cannot_be_done_is_refused_in_one_line_before_any_work(
     line, no_work, one_line_error, tmp_path, monkeypatch
 ):
-    if line.startswith("tuning"):
-        pytest.importorskip("optuna")
+    for word in NEEDED.keys() & set(line.split()):
+        pytest.importorskip(NEEDED[word])
     empty = tmp_path / "nothing_in_it.py"
     empty.touch()
     (tmp_path / "here").mkdir()

@@ -374,15 +374,3 @@ def test_onnx_without_its_package_names_the_extra(tmp_path, monkeypatch):
     (tmp_path / "net.onnx").write_bytes(b"")
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
     refused(r"pip install 'tegotae\[onnx\]'", load_policy, str(tmp_path / "net.onnx"))
-
-
-@pytest.mark.parametrize(
-    ("words", "says"),
-    [
-        ("paper --policy math:cos", "paper is a controller, and policy names a policy; name one"),
-        ("--policy math:cos --sigma 2", "is called '--sigma"),
-        ("paper --acts feedback", "is called '--acts"),
-    ],
-)
-def test_options_of_a_policy_and_of_a_controller_are_told_apart(one_line_error, words, says):
-    assert says in one_line_error("figure", "surface", *words.split(), "--out", "x.png")

@@ -118,21 +118,6 @@ def test_the_command_line_takes_a_users_metric_from_its_file(monkeypatch, capsys
             HOPPING.forget(metric.name)
 
 
-@pytest.mark.parametrize(
-    ("requested", "says"),
-    [
-        ("cot_invers", "no metric of hopping is called 'cot_invers'; did you mean cot_inverse"),
-        ("no_such_file.py:metric", "there is no file no_such_file.py"),
-        ("peak_force:nothing", "no object of peak_force is called"),
-        ("peak_force:_peak_force", "is no metric"),
-    ],
-)
-def test_a_metric_that_is_not_there_is_told_before_anything_is_simulated(
-    requested, says, one_line_error
-):
-    assert says in one_line_error("evaluate", "V-reflex-w8", "--metric", requested)
-
-
 def test_names_of_the_package_and_of_other_files_are_taken(registered):
     with pytest.raises(TegotaeError, match="'cpgu' is taken by the package"):
         register(dataclasses.replace(PEAK, name="cpgu"))

@@ -470,23 +470,6 @@ def test_a_killed_multiverse_goes_on_and_loses_nothing(tmp_path, capsys):
     assert {"multiverse.png", "multiverse.md"} <= set(os.listdir(out))
 
 
-@pytest.mark.parametrize(
-    ("words", "says"),
-    [
-        (["run", "--scale", "huge", "--dir", "new"], "no scale is called 'huge'"),
-        (["run", "--readings", "0", "--dir", "new"], "readings is 0"),
-        (["status", "--dir", "new"], "holds no study"),
-        (["export", "--dir", "new", "--out", "out"], "holds no study"),
-    ],
-)
-def test_what_cannot_be_is_refused_before_any_work(
-    tmp_path, monkeypatch, one_line_error, words, says
-):
-    monkeypatch.chdir(tmp_path)
-    assert says in one_line_error("reproduction", "readings", *words)
-    assert os.listdir(tmp_path) == []
-
-
 def test_a_study_is_no_multiverse_and_a_multiverse_no_study(smoke_study, tmp_path, one_line_error):
     message = one_line_error("reproduction", "readings", "status", "--dir", str(smoke_study))
     assert "is a folder of python -m research.reproduction; look at it with that" in message

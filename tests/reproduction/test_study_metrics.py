@@ -189,8 +189,3 @@ def test_several_models_are_given_one_by_one_or_as_a_list(words, count, monkeypa
     )
     assert main(["reproduction", "run", "--dir", str(tmp_path), "--scale", "smoke", *words]) == 0
     assert len(planned[0].units) == count
-
-
-def test_a_pattern_that_matches_no_model_is_named_among_others(one_line_error, tmp_path):
-    words = ["reproduction", "run", "--dir", str(tmp_path), "--scale", "smoke"]
-    assert "'W-*'" in one_line_error(*words, "--models", "V-*", "W-*")

@@ -205,12 +205,3 @@ def test_a_keyframe_or_joints_can_be_chosen_as_the_start():
 def test_no_template_is_fitted_to_a_robot_that_does_not_stand(stiffness, message):
     with pytest.raises(TegotaeError, match=message):
         fit_template(settings(ROBOT.replace('kp="20"', f'kp="{stiffness}"'), legs=False), "mine")
-
-
-@pytest.mark.parametrize(
-    "words", [("wiring", "suggest"), ("fit-template",), ("train", "AR@quadruped-c", "--env")]
-)
-def test_urdf_is_refused_with_the_way_to_mjcf(words, one_line_error):
-    message = one_line_error(*words, "robot.urdf")
-    assert "robot.urdf is URDF; convert it to MJCF" in message
-    assert "mj_saveLastXML" in message

@@ -234,17 +234,6 @@ def test_an_interface_without_a_largest_force_is_asked_for_one():
     assert 0.0 <= force <= 4.0
 
 
-@pytest.mark.parametrize("force", ["nan", "-1", "0", "inf", "1e39", "3"])
-def test_a_largest_force_that_is_none_or_known_already_is_refused(force, tmp_path, one_line_error):
-    path = tmp_path / "leg.native"
-    error = one_line_error(
-        "export", "native", "V-sector-w4", "--max-force-n", force, "--out", str(path)
-    )
-    assert "max_force_n is" in error
-    assert ("has its largest force already" in error) == (force == "3")
-    assert not path.exists()
-
-
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
     path = tmp_path_factory.mktemp("live") / "leg.native"

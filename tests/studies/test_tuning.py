@@ -447,28 +447,6 @@ def test_a_configuration_is_of_the_best_trial(toy, tmp_path):
     assert document["found"]["tried_first"]["mean_fitness"] == trials[0].value
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("ART", "--algorithm", "pgep"), "no algorithm is called 'pgep'; did you mean pgpe"),
-        (("ARTT",), "no model or system is called 'ARTT'"),
-        ((), "names come first"),
-        (("ART", "ART-rF-tphif-w8"), "each may be given only once"),
-        (("V-sector-w4",), "V-sector-w4 has no network to train"),
-        (("ART", "--trials", "0"), "trials is 0"),
-        (("ART", "--seeds", "0"), "seeds is 0"),
-        (("ART", "--workers", "0"), "workers is 0"),
-        (("ART", "--confirm", "-1"), "confirm is -1"),
-        (("ART", "--simulated-s", "100"), "4 episodes of 24 s; at least 128 are needed, 3072 s"),
-        (("ART", "--simulated-s", "nan"), "budget_s is nan"),
-        (("ART", "--budget", "3"), "budget is 3, too small"),
-        (("ART", "--duration-s", "12.5"), "leaves less than 1 s after settling"),
-    ],
-)
-def test_unusable_input_is_one_line(one_line_error, tmp_path, arguments, message):
-    assert message in one_line_error("tuning", *arguments, "--storage", str(tmp_path / "s"))
-
-
 def test_without_optuna_the_extra_is_named(one_line_error, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "optuna", None)
     message = one_line_error("tuning", "ART", "--storage", str(tmp_path / "s"))

@@ -9,7 +9,7 @@ import pytest
 
 from refusals import refused
 from research.reproduction.commands.study import experiments_at
-from tegotae import Rollout, TegotaeError
+from tegotae import TegotaeError
 from tegotae._support.files import read_arrays
 from tegotae.cli.console import warn_in_one_line
 from tegotae.measures import recordings
@@ -120,23 +120,6 @@ def test_an_environment_without_a_space_is_told_which(tmp_path, one_line_error, 
     words = ["--wiring", str(wiring), "--out", str(tmp_path / "out"), "--workers", "0"]
     message = one_line_error("train", "ART", "--env", f"{path}:{kind}", *words)
     assert f"the environment has no {space}_space" in message
-
-
-@pytest.mark.parametrize("condition", ["delay", "lag", "noise", "mass", "omega", "blow"])
-@pytest.mark.parametrize("level", ["1e308", "-1e308", "nan"])
-def test_a_condition_beyond_sense_is_refused(
-    tmp_path, one_line_error, monkeypatch, condition, level
-):
-    monkeypatch.setattr(Rollout, "run", lambda *_, **__: pytest.fail("a rollout was started"))
-    words = ["robustness", "V-sector-w8", "--out", str(tmp_path / "out")]
-    message = one_line_error(*words, "--conditions", f"{condition}={level}")
-    assert f"a level of {condition} is {float(level):g}" in message
-
-
-def test_delays_longer_than_what_is_kept_are_told_in_control_ticks(tmp_path, one_line_error):
-    words = ["robustness", "V-sector-w8", "--out", str(tmp_path / "out")]
-    message = one_line_error(*words, "--conditions", "delay=1000")
-    assert "is 500000 control ticks; 128 are the most" in message
 
 
 def test_a_warning_is_one_line_without_a_place_in_the_source(capsys, monkeypatch):

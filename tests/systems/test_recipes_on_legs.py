@@ -230,17 +230,6 @@ def test_a_judgement_of_what_has_no_frequency_takes_none():
     refused("this controller has 96", release_all, legged, np.zeros((1, 3)))
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (("quadruped-x",), "no model or system is called 'quadruped-x'; did you mean quadruped-"),
-        (("quadruped-c", "--omega", "nan"), "omega is nan; it must be finite"),
-    ],
-)
-def test_what_cannot_be_judged_is_refused_in_one_line(one_line_error, options, message):
-    assert message in one_line_error("evaluate", *options)
-
-
 def test_models_lists_designs_for_a_pattern_with_an_at(capsys):
     assert main(["models", "ART*@quadruped-?", "--json"]) == 0
     listed = json.loads(capsys.readouterr().out)
@@ -250,15 +239,3 @@ def test_models_lists_designs_for_a_pattern_with_an_at(capsys):
         "ART-rF-tphif@quadruped-g",
     ]
     assert listed[0]["parameters"] == 96
-
-
-def test_a_pattern_that_no_design_has_is_refused(one_line_error):
-    assert "no recipe is called" in one_line_error("models", "X@nowhere")
-    assert "no legged system is called" in one_line_error("train", "ART@nowhere")
-    assert "too small" in one_line_error("train", "ARGT@hexapod", "--budget", "9")
-
-
-@pytest.mark.parametrize("command", ["evaluate", "robustness", "simulate"])
-def test_a_design_that_was_not_trained_is_told_how_to_be(one_line_error, command):
-    message = one_line_error(command, "AR@quadruped-c")
-    assert "first: tegotae train AR-rF@quadruped-c --out FOLDER" in message

@@ -490,29 +490,6 @@ def test_code_of_a_part_does_not_end_a_command_as_if_it_had_done_its_work(tmp_pa
     assert "code of a part ended the command" in message
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["train", "nowhere.py:experiment"], "there is no file nowhere.py"),
-        (["train", "no_such_module:experiment"], "there is no module no_such_module"),
-        (["train", f"{FILE}:experimnt"], "did you mean experiment"),
-        (["train", f"{FILE}:Height"], "is no system: it is a Height, no "),
-        (["train", EXPERIMENT, "--budget", "20"], "--budget sizes the networks of the paper's"),
-        (["train", EXPERIMENT, "--cot-only"], "cot_only belongs to the paper's fitness"),
-        (["train", EXPERIMENT, "--body", f"{FILE}:Height"], "is no body: "),
-        (["train", "ART", "--algorithm", f"{FILE}:Height"], "is no algorithm: "),
-        (["tuning", "ART", "--algorithm", f"{FILE}:Height", "--storage", "s"], "is no algorithm: "),
-        (["train", "--parts"], "--parts names no file"),
-    ],
-)
-def test_a_wrong_reference_is_told_in_one_line(
-    words, message, one_line_error, tmp_path, monkeypatch
-):
-    monkeypatch.chdir(tmp_path)
-    assert message in one_line_error(*words)
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_name_that_another_module_has_is_refused(tmp_path):
     path = tmp_path / "json.py"
     path.write_text("x = 1\n")

@@ -474,40 +474,6 @@ def test_the_command_trains_and_the_same_command_goes_on(tmp_path, capsys):
     assert len((tmp_path / "out" / "curves.csv").read_text().splitlines()) == 1 + 2 * 2
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ([ENV], "no wiring is given"),
-        (["hopper", "--fitness", "speed"], "no fitness is called 'speed'"),
-        (["hopper", "--settings", "mass"], "is no NAME=VALUE"),
-        (["hopper", "--settings", "mass=3"], "no setting of a MuJoCo model is called 'mass'"),
-        (["hopper", "--workers", "-1"], "workers is -1"),
-        (["hoper"], "no environment is called 'hoper'; did you mean hopper"),
-        (["my_robot.py"], "my_robot.py:FUNCTION"),
-        (["hopper", "--episodes-per-candidate", "4"], "the 4 episodes on hopper would be alike"),
-        (["hopper", "--evaluation-episodes", "4"], "the 4 episodes on hopper would be alike"),
-        (["hopper", "--settings", "duration_s=9"], "the experiment's duration_s is 24"),
-        (["hopper", "--algorithm", "SAC"], "take a model without, such as AR"),
-        (["hopper", "--episodes", "4"], "is called '--episodes"),
-        (["hopper", "--mass-kg", "2"], "is called '--mass-kg"),
-        (["hopper", "--work", "positive"], "the wiring does not say work_positive"),
-        (["hopper", "--fitness", "return", "--cot-only"], "cot_only belongs to the fitness hop"),
-    ],
-)
-def test_what_the_command_cannot_do_it_says_in_one_line(one_line_error, words, message, tmp_path):
-    pytest.importorskip("mujoco")
-    assert message in one_line_error("train", "ART", "--env", *words, "--out", str(tmp_path))
-
-
-@pytest.mark.parametrize("words", [("--wiring", "leg.toml"), ("--omega", "8"), ("--workers", "0")])
-def test_options_of_environments_are_refused_on_the_engine(one_line_error, words):
-    assert "belongs to environments; give env, too" in one_line_error("train", "ART", *words)
-
-
-def test_a_model_with_a_slip_is_refused_on_an_environment(one_line_error):
-    assert "did you mean ART" in one_line_error("train", "ARTT", "--env", "hopper")
-
-
 # What it bears outside of its training.
 
 
@@ -560,3 +526,9 @@ def test_weak_and_lagging_actuators_do_in_an_environment_what_they_do_on_a_body(
 
 def test_an_environment_that_says_neither_distance_nor_height_is_refused():
     refused("name the observation of its height in the wiring", on_scales)
+
+
+def test_workers_below_zero_are_refused(one_line_error, tmp_path):
+    pytest.importorskip("mujoco")
+    words = ["train", "ART", "--env", "hopper", "--workers", "-1", "--out", str(tmp_path)]
+    assert "workers is -1" in one_line_error(*words)
