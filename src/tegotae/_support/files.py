@@ -20,8 +20,9 @@ from tegotae._support.errors import TegotaeError
 
 try:
     import fcntl
-except ImportError:  # not on Windows: there two programs must not share a folder
+except ImportError:  # Windows
     fcntl = None
+    import msvcrt
 
 _LONGEST_NAME = 255
 """Longest file name that file systems take [bytes]."""
@@ -110,6 +111,8 @@ def _remove_abandoned(path: Path) -> None:
     for place in path.parent.glob(glob.escape(_hidden(path)) + "[0-9a-f]" * 2 * _RANDOM_BYTES):
         with contextlib.suppress(OSError), place.open("rb") as stream:
             if hold(stream.fileno()):
+                if fcntl is None:
+                    stream.close()  # as Windows asks for
                 place.unlink()
 
 
@@ -122,15 +125,31 @@ def hold(file: int) -> bool:
     Raises:
         BlockingIOError: if another process holds it.
     """
-    if fcntl is None:
-        return False
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        if fcntl is not None:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        else:
+            _lock_byte(file)
     except BlockingIOError:
         raise
     except OSError:
         return False
     return True
+
+
+_LOCKED_BYTE = 2**30
+"""Place of the byte that Windows locks: behind all content, since no other may read it."""
+
+
+def _lock_byte(file: int) -> None:
+    place = os.lseek(file, 0, os.SEEK_CUR)
+    try:
+        os.lseek(file, _LOCKED_BYTE, os.SEEK_SET)
+        msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
+    except PermissionError:  # another process has it
+        raise BlockingIOError from None
+    finally:
+        os.lseek(file, place, os.SEEK_SET)
 
 
 def output_folder(path: Path) -> Path:

@@ -6,7 +6,6 @@ import multiprocessing
 import os
 import signal
 import threading
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -53,7 +52,6 @@ class Workers:
             size,
             mp_context=multiprocessing.get_context("spawn"),
             initializer=end_with_parent,
-            initargs=(os.getpid(),),
         )
         self._cores = cores
 
@@ -116,12 +114,13 @@ def ctrl_c_held_back() -> Iterator[None]:
             handler(*held[-1])
 
 
-def end_with_parent(parent: int) -> None:
+def end_with_parent() -> None:
     """End this worker when its parent is killed; it would wait for work for ever."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None  # it is called in workers alone
 
     def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(1.0)
+        parent.join()
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()

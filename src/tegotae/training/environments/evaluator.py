@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import multiprocessing
-import os
 import time
 import warnings
 from collections import Counter
@@ -235,7 +234,7 @@ class _EnvWorker:
         self.link, child = context.Pipe()
         # The lane whose environment is at work, and how many steps were begun.
         self._beat = context.Array(c_longlong, [_IDLE, 0], lock=False)
-        arguments = (child, self._beat, self._experiment, self._lanes, os.getpid())
+        arguments = (child, self._beat, self._experiment, self._lanes)
         self._process = context.Process(target=_work, args=arguments, daemon=True)
         with ctrl_c_held_back(), assigned_cores(1):
             self._process.start()
@@ -273,11 +272,9 @@ class _EnvWorker:
         self._process.join()
 
 
-def _work(
-    link: Connection, beat: Array[c_longlong], experiment: EnvExperiment, lanes: int, parent: int
-) -> None:
+def _work(link: Connection, beat: Array[c_longlong], experiment: EnvExperiment, lanes: int) -> None:
     """Evaluate samples in a worker process until its parent has ended."""
-    end_with_parent(parent)
+    end_with_parent()
 
     def begin_step(lane: int) -> None:
         beat[0] = lane
