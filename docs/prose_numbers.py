@@ -332,18 +332,6 @@ def legs(family: str) -> pd.DataFrame:
     return kept.assign(of_front=kept.cost_of_transport / cost, off=off)
 
 
-def law_number(
-    law: str, number: str, value: float | None, omega: float, column: str = "cost_of_transport"
-) -> float:
-    """What a leg's law does with one of its numbers at a value, the nearest that was measured; with
-    all as trained at None."""
-    kept = rows("learned_legs/numbers", law=law, omega=omega)
-    if value is None:
-        return float(kept[kept.kind == "as trained"][column].item())
-    kept = kept[kept.number == number]
-    return float(kept.loc[(kept.value - value).abs().idxmin(), column])
-
-
 def trots(family: str, share: float = 1.0) -> pd.Series:
     """The ω at which this share of a learned family's sweeps trots, or more of them."""
     kept = table("learned_legs/transitions")

@@ -1,12 +1,9 @@
-"""Explain why quadruped G gallops and where, and test if a gallop is ever faster or cheaper.
+"""Explain why quadruped G gallops, and where.
 
     python -m research.gaits.gallop everything
     python -m research.gaits.gallop modes   # which mode is light at which frequency; seconds
     python -m research.gaits.gallop map     # gaits over r and place of the mass; half a minute
-    python -m research.gaits.gallop search  # gallops beside trots, bodies like G; two minutes
-    python -m research.gaits.gallop best    # the best of these over all frequencies; seconds
     python -m research.gaits.gallop figure  # the figure of modes and map
-    python -m research.gaits.gallop film    # walk, trot and gallop of one rollout; half a minute
 
 Tables and the figure go to `docs/_static/gaits`. r is ω over the natural rate of pitching with all
 feet down, ω / √(Σ K_z x_i² / I_yy), with x_i the hips' distance from the centre of mass.
@@ -18,7 +15,6 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,11 +23,7 @@ from matplotlib.lines import Line2D
 
 from research.frame import main, write_rows
 from tegotae._support.errors import TegotaeError
-from tegotae._support.progress import reporting
 from tegotae._support.tables import parse_numbers, read_csv
-from tegotae.analysis.gaits.sweep import DETUNING, LevelsSummary, staircase_timing
-from tegotae.figures.animation import FRAMES_PER_S, save_animation
-from tegotae.figures.gaits.animation import moving
 from tegotae.figures.gaits.style import gait_colour
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.gaits.names import NO_GAIT, gait_of, nearest_pattern
@@ -39,14 +31,12 @@ from tegotae.parts.bodies import Walker
 from tegotae.parts.fields import replace
 from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Timing
-from tegotae.simulation.schedules import Staircase
 from tegotae.simulation.world import with_changes
 from tegotae.systems.legged import Legged, lanes_of, random_phases
 from tegotae.systems.tuned import front_family
 from tegotae.systems.vanilla import legged_named
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "_static" / "gaits"
-GALLOPS = ("rotary gallop", "transverse gallop", "canter")
 OMEGAS = np.arange(3.0, 8.01, 0.25)
 """Frequencies at which modes are measured [√(g / l0)]."""
 LAGS = 64
@@ -279,181 +269,6 @@ def possible(legged: Legged, bodies: dict[str, np.ndarray]) -> np.ndarray:
     return np.array(able, int)
 
 
-# A gallop that pays
-
-LADDER = np.geomspace(2.0, 10.0, 12)
-"""Frequencies of every body of the search [√(g / l0)]."""
-VARIED = (
-    "inertia_x_kg_m2", "inertia_y_kg_m2", "inertia_z_kg_m2", "stiffness_x_n_per_m",
-    "stiffness_y_n_per_m", "stiffness_z_n_per_m", "damping_xy_ns_per_m", "damping_z_ns_per_m",
-    "friction",
-)  # fmt: skip
-OF_FOOT = ("sigma", "stride", "lift", "press")
-
-
-def drawn(count: int, around: dict[str, np.ndarray], width: float, draw: Any) -> dict:
-    """Return bodies with numbers near those of some others, each varied by a factor or a length."""
-    parents = draw.integers(len(around["com_x_m"]), size=count)
-    bodies = {}
-    for name, x in around.items():
-        value = x[parents]
-        if name in ("com_x_m", "com_z_m", "shift"):
-            bodies[name] = value + width * (0.5 if name == "com_x_m" else 0.3) * draw.normal(
-                size=count
-            )
-        else:
-            bodies[name] = value * np.exp(width * draw.normal(size=count))
-    bodies["com_z_m"] = np.clip(bodies["com_z_m"], -0.7, 0.0)
-    roll, pitch, yaw = (bodies[f"inertia_{axis}_kg_m2"] for axis in "xyz")
-    bodies["inertia_z_kg_m2"] = np.clip(yaw, np.abs(pitch - roll), pitch + roll)
-    return bodies
-
-
-def outcome(legged: Legged, drawn_bodies: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Compare the best gallop of every body over the ladder with the trot at a lower frequency.
-
-    Returns:
-        `faster`: the gallop's speed over that of the fastest trot at a lower frequency; `cheaper`:
-        the cost of the cheapest trot at a lower frequency and not much slower (0.9), over the
-        gallop's; NaN without a gallop and a trot below it, [bodies].
-    """
-    bodies = {name: drawn_bodies[name] for name in (*VARIED, "com_x_m", "com_z_m")}
-    for name, axis in (("hips_x_m", "reach"), ("hips_y_m", "breadth")):
-        signs = np.sign(np.array(getattr(legged.body, name)))
-        bodies[name] = signs[:, None] * drawn_bodies[axis]
-    able = possible(legged, bodies)
-    rungs, starts, n = len(LADDER), 2, len(able)
-    bodies = {name: np.repeat(x[..., able], rungs, axis=-1) for name, x in bodies.items()}
-    tuned = own_numbers(legged, np.tile(LADDER, n))
-    for name in (*OF_FOOT, "shift"):
-        tuned[name] = np.repeat(drawn_bodies[name][able], rungs)
-    results = released(legged, bodies, tuned, starts)
-    gait = gait_of(results, legged.names).reshape(n, rungs, starts)
-    speed, cost = (
-        np.asarray(x).reshape(n, rungs, starts).mean(axis=2)
-        for x in (results.speed_m_per_s, results.cost_of_transport)
-    )
-    gallops = np.isin(gait, GALLOPS).all(axis=2) & (speed > 0.05)
-    trots = (gait == "trot").all(axis=2) & (speed > 0.05)
-    result = {
-        name: np.full(len(drawn_bodies["com_x_m"]), np.nan)
-        for name in (
-            "faster",
-            "cheaper",
-            "omega",
-            "gallop_speed",
-            "gallop_cost",
-            "trot_speed",
-            "trot_cost",
-        )
-    }
-    result["gallop"] = np.full(len(drawn_bodies["com_x_m"]), "", object)
-    for k, body in enumerate(able):
-        for rung in np.flatnonzero(gallops[k]):
-            below = np.flatnonzero(trots[k, :rung])
-            if not len(below):
-                continue
-            fast = below[speed[k, below].argmax()]
-            faster = speed[k, rung] / speed[k, fast]
-            # At equal speed: a trot that is slower by much is not held against the gallop.
-            near = below[speed[k, below] >= 0.9 * speed[k, rung]]
-            cheaper = cost[k, near].min() / cost[k, rung] if len(near) else np.nan
-            against = near[cost[k, near].argmin()] if len(near) else fast
-            score = max(faster, 0.0 if np.isnan(cheaper) else cheaper)
-            previous = np.nanmax([result["faster"][body], result["cheaper"][body], 0.0])
-            if score > previous:
-                result["faster"][body], result["cheaper"][body] = faster, cheaper
-                result["omega"][body] = LADDER[rung]
-                result["gallop_speed"][body], result["gallop_cost"][body] = (
-                    speed[k, rung],
-                    cost[k, rung],
-                )
-                result["trot_speed"][body], result["trot_cost"][body] = (
-                    speed[k, against],
-                    cost[k, against],
-                )
-                result["gallop"][body] = commonest(gait[k, rung])[0]
-    return result
-
-
-def of_system(legged: Legged) -> dict[str, np.ndarray]:
-    """Return the numbers of a system's body and foot as those of one body of the search."""
-    body: Any = legged.body
-    values = {name: np.array([getattr(body, name)]) for name in (*VARIED, "com_x_m", "com_z_m")}
-    values |= {"reach": np.array([body.hips_x_m[0]]), "breadth": np.array([body.hips_y_m[0]])}
-    foot = own_numbers(legged, np.ones(1))
-    return values | {name: foot[name] for name in (*OF_FOOT, "shift")}
-
-
-def search(count: int = 512, rounds: int = 4) -> None:
-    """Write `gallop-search.csv`: the bodies whose gallop does best beside the trot below it."""
-    legged = legged_named("quadruped-g")
-    draw = np.random.default_rng(0)
-    archive: dict[str, np.ndarray] = {}
-    around = of_system(legged)
-    with reporting("bodies", count * rounds) as reporter:
-        for number in range(rounds):
-            bodies = drawn(count, around, (0.3, 0.3, 0.2, 0.12)[min(number, 3)], draw)
-            candidates = bodies | outcome(legged, bodies)
-            archive = {
-                k: np.concatenate([archive[k], x]) if archive else x for k, x in candidates.items()
-            }
-            reporter.update(count * (number + 1))
-            score = np.fmax(archive["faster"], np.nan_to_num(archive["cheaper"]))
-            first = np.argsort(-np.nan_to_num(score))[:16]
-            first = first[np.nan_to_num(score[first]) > 0.0]
-            if len(first):
-                around = {name: archive[name][first] for name in around}
-    order = np.argsort(
-        -np.nan_to_num(np.fmax(archive["faster"], np.nan_to_num(archive["cheaper"])))
-    )
-    rows = [{name: x[k] for name, x in archive.items()} for k in order[:20]]
-    write_rows(FOLDER / "gallop-search.csv", rows, digits=5)
-    has = np.isfinite(archive["faster"])
-    print(f"{len(has)} bodies, {has.sum()} with a gallop and a trot below it")
-    print(
-        f"faster: {(archive['faster'][has] > 1).sum()}, "
-        f"cheaper: {(archive['cheaper'][has] > 1).sum()}"
-    )
-
-
-def best() -> None:
-    """Write `gallop-best.csv`: the gaits over ω of the body whose gallop beats its trots most.
-
-    It beats them in speed and in cost: of the rows of the search whose gallop costs less than the
-    fastest trot below it, the one that is faster by most.
-    """
-    legged, starts = legged_named("quadruped-g"), 8
-    table = read_csv(FOLDER / "gallop-search.csv")
-    columns = {name: parse_numbers(x) for name, x in table.items() if name != "gallop"}
-    pays = columns["gallop_cost"] < columns["trot_cost"]
-    # A trot that hardly moves is no rival.
-    pays &= columns["trot_speed"] > 0.2
-    k = int(np.argmax(np.where(pays, columns["faster"], 0.0)))
-    omegas = np.linspace(2.0, 11.0, 37)
-    values = {name: columns[name][k] for name in (*VARIED, "com_x_m", "com_z_m")}
-    bodies = {name: np.full(len(omegas), x) for name, x in values.items()}
-    for name, axis in (("hips_x_m", "reach"), ("hips_y_m", "breadth")):
-        signs = np.sign(np.array(getattr(legged.body, name)))
-        bodies[name] = signs[:, None] * np.full(len(omegas), columns[axis][k])
-    tuned = own_numbers(legged, omegas)
-    tuned |= {name: np.full(len(omegas), columns[name][k]) for name in (*OF_FOOT, "shift")}
-    results = released(legged, bodies, tuned, starts)
-    gait = gait_of(results, legged.names).reshape(-1, starts)
-    rows = []
-    for index, omega in enumerate(omegas):
-        name, count = commonest(gait[index])
-        lanes = index * starts + np.flatnonzero(gait[index] == name)
-        rows.append(
-            {"omega": omega, "gait": name, "starts": count}
-            | {
-                column: np.mean(np.asarray(getattr(results, column))[..., lanes])
-                for column in _OF_GAIT
-            }
-        )
-    write_rows(FOLDER / "gallop-best.csv", rows, digits=4)
-
-
 # Figure
 
 
@@ -475,55 +290,6 @@ def drawn_figure() -> None:
         ]
         figure.legend(handles=keys, loc="outside lower center", ncols=5)
         save_figure(figure, FOLDER / "gallop.png")
-
-
-RISE = (3.4, 5.5, 7.6)
-"""Frequencies of the film, one after the other without a new release: walk, trot, gallop."""
-DWELL, SHOWN = 200.0, 3.0
-"""Duration of each frequency [√(l0 / g)], and the number of its last strides that are shown, one a
-second."""
-
-
-def risen() -> tuple[Legged, Any, list[str], list[Any], Timing]:
-    """Simulate one rollout in which ω rises by steps; return system, trajectory, and the gait of
-    each level."""
-    legged = legged_named("quadruped-g")
-    timing = staircase_timing(legged.timing, len(RISE), DWELL)
-    phase = random_phases(4, 1)
-    off = DETUNING * np.random.default_rng(0).normal(size=phase.shape)
-    climb = Staircase(np.array([RISE[1] - RISE[0]]), timing.duration_s / len(RISE), len(RISE) + 0.0)
-    scenario = legged.scenario(phase, changes={"omega": climb})._replace(omega=RISE[0] * (1 + off))
-    levels = legged.summary(LevelsSummary, levels=len(RISE))
-
-    def closely(trajectory: Any, scenario: Any, body: Any, timing: Timing) -> Any:
-        return trajectory, levels(trajectory, scenario, body, timing)
-
-    trajectory, result = legged.run(closely, scenario, timing)
-    trajectory = jax.tree.map(lambda x: np.asarray(x)[..., 0], trajectory)
-    result = lanes_of(result)
-    results = [type(result)(*(x[k] for x in result)) for k in range(len(RISE))]
-    gaits = [gait_of(level, legged.names)[0] for level in results]
-    return legged, trajectory, gaits, results, timing
-
-
-def film() -> None:
-    """Write `transition.gif`: one rollout in which ω rises by steps."""
-    legged, trajectory, gaits, levels, timing = risen()
-    length = timing.n_frames // len(RISE)
-    frames = []
-    for k, level in enumerate(levels):
-        back_s = SHOWN / float(level.cycle_frequency_hz[0])
-        back = np.linspace(back_s / timing.frame_s, 0.0, round(SHOWN * FRAMES_PER_S))
-        frames.append((k + 1) * length - 1 - np.round(back).astype(int))
-    with styled():
-        animation = moving(
-            legged,
-            trajectory,
-            np.concatenate(frames),
-            lambda frame: f"ω = {RISE[frame // length]:g}   {gaits[frame // length]}",
-        )
-        save_animation(animation, FOLDER / "transition.gif")
-    print(*(f"ω = {w:g}: {gait}" for w, gait in zip(RISE, gaits, strict=True)), sep="; ")
 
 
 _TITLES = ("r varied by ω", "r varied by inertia, ω = 7.2")
@@ -555,10 +321,10 @@ def _map(axes: Axes, table: dict[str, np.ndarray], axis: str) -> list[str]:
 
 
 def everything() -> None:
-    """Measure all tables, and draw the figure and the film."""
-    for step in (modes, mapped, search, best, drawn_figure, film):
+    """Measure the tables, and draw the figure."""
+    for step in (modes, mapped, drawn_figure):
         step()
 
 
 if __name__ == "__main__":
-    main(everything, modes, search, best, film, map=mapped, figure=drawn_figure)
+    main(everything, modes, map=mapped, figure=drawn_figure)

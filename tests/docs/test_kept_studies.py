@@ -148,25 +148,6 @@ def test_numbers_above_the_physical_limit_are_not_shown_without_a_word(name, fil
         assert "still settling" in prose(name)
 
 
-# What bodies could do under the disturbances of controllers
-
-
-def test_the_table_of_what_is_possible_is_the_kept_one(study):
-    possible = study("generalisation.physical_limit")
-    assert (RESEARCH / "generalisation" / "possible.md").read_text() == possible.text()
-    table = read_csv(RESEARCH / "generalisation" / "possible.csv")
-    cases = zip(table["condition"], *(column(table, n) for n in ("level", "omega")), strict=True)
-    assert list(cases) == list(possible.cases())
-
-
-def test_a_gait_exists_under_every_condition_and_none_is_above_its_bound():
-    table = read_csv(RESEARCH / "generalisation" / "possible.csv")
-    best, bound = column(table, "cot_inverse"), column(table, "upper_bound")
-    assert np.isfinite(best).all()
-    assert np.all(np.isnan(bound) | (best <= 1.0001 * bound))
-    assert np.all(column(table, "caught_l0") > 1.0)
-
-
 # The optimum that was found, beside a finer search
 
 
