@@ -237,11 +237,10 @@ def measure(
         )
     require_finite("rest_length_m", length_m, above=0.0, most=1e9)
     read = read_recording(file, options.columns, rate_hz=options.rate, resample_hz=options.resample)
-    samples = {str(name): read[name].to_numpy() for name in read}
-    doubts = check_over_ground(samples, length_m)
-    if "force_n" in samples:
+    doubts = check_over_ground(read, length_m)
+    if "force_n" in read:
         limits = {"weight_n": weight_n, "max_force_n": leg["max_force_n"]}
-        doubts += check_forces(samples["force_n"], **limits)
+        doubts += check_forces(read["force_n"].to_numpy(), **limits)
     measured = measured_of(
         **read,
         rest_length_m=length_m,

@@ -6,9 +6,8 @@ import codecs
 import csv
 import re
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from pathlib import Path
-from typing import NamedTuple
 
 import pandas as pd
 
@@ -26,17 +25,8 @@ _COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _CLOCK = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*")
 
 
-class _Row(NamedTuple):
-    """Cells of a row, and the line of the file that it ends on."""
-
-    line: int
-    cells: list[str]
-
-    @property
-    def has_values(self) -> bool:
-        """Most of its cells are numbers or times of day."""
-        filled = [cell for cell in self.cells if cell]
-        return 2 * sum(map(_is_value, filled)) > len(filled)
+_Rows = dict[int, list[str]]
+"""Cells of rows, by the lines of the file that they end on."""
 
 
 def read_log(path: Path, units: Collection[str] = ()) -> dict[str, pd.Series]:
@@ -118,78 +108,82 @@ def _columns(text: str, units: Collection[str]) -> dict[str, pd.Series]:
     lines = text.splitlines()
     separator = _separator(lines)
     reader = csv.reader(lines, delimiter=separator)
-    rows = [_Row(reader.line_num, [cell.strip() for cell in row]) for row in reader]
-    rows = [row for row in rows if any(row.cells)]
-    ends = Counter(len(row.cells) for row in rows[-_LOOKED_AT:])
+    stripped = ((reader.line_num, [cell.strip() for cell in row]) for row in reader)
+    rows = {line: cells for line, cells in stripped if any(cells)}
     if len(rows) < 2:
         raise ValueError("it has no rows")
-    width = ends.most_common(1)[0][0]
-    first = next((i for i, r in enumerate(rows) if len(r.cells) == width and r.has_values), None)
+    width = Counter(map(len, [*rows.values()][-_LOOKED_AT:])).most_common(1)[0][0]
+    numbers = (i for i, cells in rows.items() if len(cells) == width and _most(_is_value, cells))
+    first = next(numbers, None)
     if first is None:
         raise ValueError("it has no rows of numbers")
-    if first == 0:
+    head = {line: cells for line, cells in rows.items() if line < first}
+    if not head:
         raise ValueError(
-            f"line {rows[0].line} holds numbers already; write a line of names with units above "
-            "it, such as time_s,height_m"
+            f"line {first} holds numbers already; write a line of names with units above it, such "
+            "as time_s,height_m"
         )
-    names, body = _names(rows[:first], width, units), rows[first:]
+    names = _names(head, width, units)
+    body = {line: cells for line, cells in rows.items() if line >= first}
     if twice := [name for name in names if names.count(name) > 1]:
         raise ValueError(f"{names.count(twice[0])} columns are called {twice[0]!r}")
-    for row in body:
-        if len(row.cells) != width:
+    for line, cells in body.items():
+        if len(cells) != width:
             raise ValueError(
-                f"line {row.line} has {len(row.cells)} cells, and the others have {width}: a row "
-                "is cut short or too long; complete or delete it"
+                f"line {line} has {len(cells)} cells, and the others have {width}: a row is cut "
+                "short or too long; complete or delete it"
             )
     if separator != ",":
         body = _with_points(body)
-    index = pd.Index([row.line for row in body], name="line")
-    cells = zip(*(row.cells for row in body), strict=True)
-    return {
-        name: pd.Series(list(column), index, dtype=object)
-        for name, column in zip(names, cells, strict=True)
-    }
+    table = pd.DataFrame.from_dict(body, orient="index", columns=names, dtype=object)
+    return {str(name): column for name, column in table.items()}
 
 
-def _names(head: list[_Row], width: int, units: Collection[str]) -> list[str]:
+def _most(test: Callable[[str], bool], cells: list[str]) -> bool:
+    """Return whether most cells pass a test, of those that are not empty."""
+    filled = [cell for cell in cells if cell]
+    return 2 * sum(map(test, filled)) > len(filled)
+
+
+def _names(head: _Rows, width: int, units: Collection[str]) -> list[str]:
     """Return the names of the columns, with their units where a row below has them."""
-    names, row_units = head[-1], [""] * width
-    cells = [cell.strip("[]()") for cell in names.cells]
-    filled = [unit for unit in cells if unit]
-    is_units = 2 * sum(unit.lower() in units for unit in filled) > len(filled)
-    if is_units and len(head) > 1 and len(head[-2].cells) == len(names.cells):
-        names, row_units = head[-2], cells
-    if len(names.cells) != width:
+    *above, last = head
+    line, names, row_units = last, head[last], [""] * width
+    cells = [cell.strip("[]()") for cell in names]
+    is_units = _most(lambda unit: unit.lower() in units, cells)
+    if is_units and above and len(head[above[-1]]) == len(names):
+        line, names, row_units = above[-1], head[above[-1]], cells
+    if len(names) != width:
         raise ValueError(
-            f"line {names.line}, the names, has {len(names.cells)} cells, and the rows below it "
-            f"have {width}; name every column once"
+            f"line {line}, the names, has {len(names)} cells, and the rows below it have {width}; "
+            "name every column once"
         )
-    plain = [name or f"column {i}" for i, name in enumerate(names.cells)]
+    plain = [name or f"column {i}" for i, name in enumerate(names)]
     for i, (name, unit) in enumerate(zip(plain, row_units, strict=True)):
         suffix = re.split(r"[_ \[(]", name.rstrip("])"))[-1]
         if unit and suffix.lower() not in units:
             plain[i] = f"{name} [{unit}]"
         elif unit and suffix.lower() != unit.lower():
             raise ValueError(
-                f"line {head[-1].line} says that {name!r} is in {unit!r}, and its name ends in "
+                f"line {last} says that {name!r} is in {unit!r}, and its name ends in "
                 f"{suffix!r}; correct one of them"
             )
     return plain
 
 
-def _with_points(body: list[_Row]) -> list[_Row]:
+def _with_points(body: _Rows) -> _Rows:
     """Return the rows with decimal points in place of commas; ValueError where both are in use."""
-    commas = next((row for row in body if any(map(_COMMA.fullmatch, row.cells))), None)
+    commas = next((i for i, cells in body.items() if any(map(_COMMA.fullmatch, cells))), None)
     if commas is None:
         return body
-    for row in body:
-        for cell in row.cells:
+    for line, cells in body.items():
+        for cell in cells:
             if "." in cell and _is_value(cell.replace(",", "")) and not is_clock(cell):
                 raise ValueError(
-                    f"line {commas.line} has decimal commas, and line {row.line} has {cell!r}; "
-                    "write all numbers with one decimal sign, and without one of thousands"
+                    f"line {commas} has decimal commas, and line {line} has {cell!r}; write all "
+                    "numbers with one decimal sign, and without one of thousands"
                 )
-    return [
-        _Row(r.line, [c.replace(",", ".") if _COMMA.fullmatch(c) else c for c in r.cells])
-        for r in body
-    ]
+    return {
+        line: [cell.replace(",", ".") if _COMMA.fullmatch(cell) else cell for cell in cells]
+        for line, cells in body.items()
+    }

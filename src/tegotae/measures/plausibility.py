@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
+import pandas as pd
 
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.recording import SURE, noise_std
@@ -24,7 +24,7 @@ _LEAST = 20
 _TO_HELD = 30
 
 
-def check_plausible(samples: Mapping[str, np.ndarray]) -> None:
+def check_plausible(samples: pd.DataFrame) -> None:
     """Raise `TegotaeError` for a recording that no body and sensor make.
 
     It is one with holes of more than `MOST_PERIODS` sampling periods, with times that do not
@@ -33,31 +33,31 @@ def check_plausible(samples: Mapping[str, np.ndarray]) -> None:
     lower rate than the log's. Empty cells (NaN) are left out.
 
     Args:
-        samples: `time_s`, `height_m` and what else is recorded, [samples] each.
+        samples: `time_s`, `height_m` and what else is recorded, a row a sample.
 
     Example:
         >>> time_s = np.arange(400) * 0.01
         >>> height_m = 1.0 + 0.1 * np.sin(6.0 * time_s)
-        >>> check_plausible({"time_s": time_s, "height_m": height_m})
+        >>> check_plausible(pd.DataFrame({"time_s": time_s, "height_m": height_m}))
     """
-    time_s = np.asarray(samples["time_s"], float)
+    time_s = samples["time_s"].to_numpy(float)
     _check_times(time_s)
     if "ground_m" not in samples:
-        _check_upwards(np.asarray(samples["height_m"], float))
-    for name, column in samples.items():
+        _check_upwards(samples["height_m"].to_numpy(float))
+    for name, cells in samples.items():
+        column = cells.to_numpy(float)
         rows = np.flatnonzero(np.isfinite(column))
         if name == "time_s" or len(rows) < 3 or np.abs(column[rows]).max() > _MOST:
             continue
-        column = np.asarray(column, float)
-        _check_holes(name, time_s[rows], rows)
+        _check_holes(str(name), time_s[rows], rows)
         if name in ("height_m", "spring_force_n"):
-            _check_held(name, column[rows], time_s[rows])
+            _check_held(str(name), column[rows], time_s[rows])
         if name == "height_m":
             _check_frozen(column[rows], time_s[rows], rows)
             _check_leaps(column[rows], time_s[rows], rows)
 
 
-def doubts(samples: Mapping[str, np.ndarray]) -> list[str]:
+def doubts(samples: pd.DataFrame) -> list[str]:
     """Return a line on every odd but possible property of a recording.
 
     Args:
@@ -66,13 +66,12 @@ def doubts(samples: Mapping[str, np.ndarray]) -> list[str]:
     Example:
         >>> rows, random = np.arange(4000), np.random.default_rng(0)
         >>> held = np.repeat(random.uniform(0.0, 1.0, 200), 20)
-        >>> doubts({"time_s": rows * 0.005, "command_share": held})
+        >>> doubts(pd.DataFrame({"time_s": rows * 0.005, "command_share": held}))
         ['command_share changes at every 20th sample only: it is taken to be held in between']
     """
     if "command_share" not in samples:
         return []
-    command = np.asarray(samples["command_share"], float)
-    changes = np.flatnonzero(np.diff(command[np.isfinite(command)]))
+    changes = np.flatnonzero(np.diff(samples["command_share"].dropna()))
     every = int(np.gcd.reduce(np.diff(changes))) if len(changes) >= _TO_HELD else 1
     if every < 2:
         return []
@@ -81,7 +80,7 @@ def doubts(samples: Mapping[str, np.ndarray]) -> list[str]:
     ]
 
 
-def check_over_ground(samples: Mapping[str, np.ndarray], rest_length_m: float) -> list[str]:
+def check_over_ground(samples: pd.DataFrame, rest_length_m: float) -> list[str]:
     """Return a line on a body that moves without flight, for a leg of known length.
 
     Args:
@@ -91,10 +90,10 @@ def check_over_ground(samples: Mapping[str, np.ndarray], rest_length_m: float) -
     Raises:
         TegotaeError: for a body below the ground, or one that stands still in the air.
     """
-    height = np.asarray(samples["height_m"], float)
-    over = height - samples.get("ground_m", 0.0)
+    time, height = (samples[name].to_numpy(float) for name in ("time_s", "height_m"))
+    over = height - np.asarray(samples.get("ground_m", 0.0))
     _check_upwards(over)
-    time, (starts, lengths) = np.asarray(samples["time_s"], float), _runs(height)
+    starts, lengths = _runs(height)
     fall_m = _GRAVITY_M_PER_S2 * (time[starts + lengths - 1] - time[starts]) ** 2 / 8.0
     hangs = (lengths >= _FROZEN) & (over[starts] > rest_length_m) & (fall_m > 0.1 * rest_length_m)
     if hangs.any():

@@ -233,7 +233,7 @@ def recording(
         require_finite("rate", rate_hz, above=0.0, most=1e6)
         values["time_s"] = np.arange(samples) / rate_hz
     table = _without_empty_rows(pd.DataFrame(values))
-    check_plausible({str(name): table[name].to_numpy() for name in table})
+    check_plausible(table)
     return table
 
 
@@ -280,7 +280,7 @@ def read_recording(
         lines.append(
             f"{count - len(samples)} of {count} samples have an empty cell and are left out"
         )
-    for line in [*lines, *doubts({str(name): samples[name].to_numpy() for name in samples})]:
+    for line in [*lines, *doubts(samples)]:
         note(f"tegotae: {line}")
     return samples if resample_hz is None else resampled(samples, resample_hz)
 
@@ -301,24 +301,21 @@ def resampled(samples: pd.DataFrame, rate_hz: float) -> pd.DataFrame:
     """
     require_finite("resample", rate_hz, above=0.0, most=1e6)
     times = samples["time_s"].to_numpy()
-    check_plausible({str(name): samples[name].to_numpy() for name in samples})
-    held = {name: samples[name].notna().to_numpy() for name in samples}
-    begin, end = (
-        choose(times[rows][edge] for rows in held.values() if rows.any())
-        for choose, edge in ((max, 0), (min, -1))
-    )
+    check_plausible(samples)
+    held = {str(name): times[samples[name].notna()] for name in samples}
+    begin = max(at[0] for at in held.values() if len(at))
+    end = min(at[-1] for at in held.values() if len(at))
     time_s = begin + np.arange(int((end - begin) * rate_hz + 1e-9) + 1) / rate_hz
 
     def at_times(name: str) -> np.ndarray:
-        rows = held[str(name)]
-        values = samples[name].to_numpy()[rows]
+        values = samples[name].dropna().to_numpy()
         if not len(values) or np.isinf(values).any():
             raise TegotaeError(f"{name} has no finite values; name another column")
         if name == "command_share":
-            return values[np.searchsorted(times[rows], time_s + 1e-9, "right") - 1]
-        return np.interp(time_s, times[rows], np.unwrap(values) if name == "phase_rad" else values)
+            return values[np.searchsorted(held[name], time_s + 1e-9, "right") - 1]
+        return np.interp(time_s, held[name], np.unwrap(values) if name == "phase_rad" else values)
 
-    return pd.DataFrame({name: at_times(str(name)) for name in samples} | {"time_s": time_s})
+    return pd.DataFrame({name: at_times(name) for name in held} | {"time_s": time_s})
 
 
 def left_alone(
