@@ -212,11 +212,11 @@ SECTORS = {
 FEET = {
     "FlatPlace": (
         {"__call__": lambda self, w, s: EllipticFoot.__call__(self, w, s)[0]},
-        r"\.__call__ has shape \(6,\); its first axis must be that of its commands, foot_x, foot_z",
+        r"\.__call__ has shape \(6,\) .* must have shape \(2, 6\), foot_x, foot_z first",
     ),
     "PacedFlat": (
         {"paced": lambda self, w, command, omega: command[0]},
-        r"\.paced has shape \(6,\); its first axis must be that of its commands, foot_x, foot_z",
+        r"\.paced has shape \(6,\) .* must have shape \(2, 6\), foot_x, foot_z first",
     ),
     "PacedTogether": (
         {"paced": lambda self, w, command, omega: command * omega.mean()},

@@ -82,10 +82,10 @@ def check(part: Term | Oscillator | Body | Metric | Controller, body: Body | Non
         >>> check(tegotae.Hopper(mass_kg=0.3))
         >>> check(tegotae.recipe("V-reflex-w4").controller(), tegotae.Hopper())
     """
-    if isinstance(part, Term | Oscillator | Body | Controller):
-        check_part(part, body)
-    elif body is not None:
+    if body is not None and not isinstance(part, Controller):
         raise TegotaeError("body belongs to the check of a controller; leave it out")
+    if isinstance(part, Term | Oscillator | Body | Controller):
+        check_part(part, body or Hopper())
     else:  # or of no contract, which is refused
         name = probing.PartTrial.from_part(part, Term, Oscillator, Body, Metric).name
         _check_metric(part, name)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -11,7 +10,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, is_of
 from tegotae.parts._shapes import PerCommand, PerLane, PerLimb, StateTree, Weights
-from tegotae.parts.bodies import Body, Hopper
+from tegotae.parts.bodies import Body
 from tegotae.parts.channels import FORCE
 from tegotae.parts.controller import Controller
 from tegotae.parts.maths import TWO_PI
@@ -31,20 +30,18 @@ _TICK_S = 0.002
 _LARGEST_STEP_RAD = 1.0
 
 
-def check_part(part: Term | Oscillator | Body | Controller, body: Body | None = None) -> None:
+def check_part(part: Term | Oscillator | Body | Controller, body: Body) -> None:
     """Try the contract of a term, an oscillator, a body or a controller (`tegotae.check`).
 
     Args:
         part: the part.
-        body: body that a controller drives; the paper's hopper by default.
+        body: body that a controller drives.
 
     Raises:
         TegotaeError: for the first breach, in one line with what would be right.
     """
     if isinstance(part, Controller):
-        _check_controller(part, Hopper() if body is None else body)
-    elif body is not None:
-        raise TegotaeError("body belongs to the check of a controller; leave it out")
+        _check_controller(part, body)
     elif isinstance(part, Oscillator):
         _check_oscillator(part)
     elif isinstance(part, Body):
@@ -114,33 +111,24 @@ def _check_value(trial: PartTrial, term: Term) -> None:
     weights = [trial.lanes(-1.0, 1.0, 100 + i) for i in range(term.n_weights)]
 
     commands = term.COMMANDS if isinstance(term, Actuation) else FORCE
+    shape = () if len(commands) == 1 else (len(commands),)
+    right = {"leading": shape, "axes": ", ".join(commands)}
 
-    def checked(label: str, result: PerCommand) -> PerCommand | list[jax.Array]:
+    def array(label: str, result: PerCommand) -> PerCommand:
         returns = f"{label} returns a {type(result).__name__}"
         trial.require(is_of(result, jax.Array), f"{returns}; it must return one array")
-        if len(commands) == 1:
-            return result
-        trial.require(
-            result.shape[:1] == (len(commands),),
-            f"{label} has shape {result.shape}; its first axis must be that of its commands, "
-            f"{', '.join(commands)}",
-        )
-        return list(result)
+        return result
 
-    def call(weights: Weights, values: dict[str, jax.Array]) -> PerCommand | list[jax.Array]:
-        return checked(".__call__", term(tuple(weights), _DeclaredSignals(values, scales)))
+    def call(weights: Weights, values: dict[str, jax.Array]) -> PerCommand:
+        return array(".__call__", term(tuple(weights), _DeclaredSignals(values, scales)))
 
-    trial.value(".__call__", call, weights, values)
-    if not isinstance(term, Actuation):
-        return
-    command = term(tuple(weights), Signals(values, scales))
+    command = trial.value(".__call__", call, weights, values, **right)
+    if isinstance(term, Actuation):
 
-    def paced(weights: Weights, omega: jax.Array, *rows: jax.Array) -> Any:
-        combined = rows[0] if len(commands) == 1 else jnp.stack(rows)
-        return checked(".paced", term.paced(tuple(weights), combined, omega))
+        def paced(weights: Weights, command: PerCommand, omega: PerLane) -> PerCommand:
+            return array(".paced", term.paced(tuple(weights), command, omega))
 
-    rows = [command] if len(commands) == 1 else list(command)
-    trial.value(".paced", paced, weights, trial.lanes(4.0, 8.0, 9), *rows)
+        trial.value(".paced", paced, weights, command, trial.lanes(4.0, 8.0, 9), **right)
 
 
 def _check_full_force(trial: PartTrial, term: Actuation) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import jax
 import jax.numpy as jnp
@@ -124,6 +124,7 @@ class PartTrial:
         *,
         dtype: str | None = None,
         leading: tuple[int, ...] | None = (),
+        axes: str = "limbs",
         events: bool = False,
     ) -> None:
         """Require that every array of a pytree has the lanes' shape and type, and is finite.
@@ -133,17 +134,18 @@ class PartTrial:
             value: a pytree of arrays.
             dtype: another type than the lanes', such as "bool".
             leading: the axes before that of the lanes, such as the limbs'; None for any.
+            axes: what these are of.
             events: whether NaN is allowed, where it means none.
         """
         dtype = dtype or self.dtype
         for leaf in jax.tree.leaves(value):
             array = np.asarray(leaf)
             shape = (*(array.shape[:-1] if leading is None else leading), LANES)
-            axes = "the shape of the lanes" if len(shape) == 1 else f"shape {shape}, limbs first"
+            right = "the shape of the lanes" if len(shape) == 1 else f"shape {shape}, {axes} first"
             self.require(
                 array.shape == shape,
                 f"{label} has shape {array.shape} for lanes of shape ({LANES},); it must have "
-                f"{axes} (jnp.full_like or jnp.zeros_like makes an array of a constant)",
+                f"{right} (jnp.full_like or jnp.zeros_like makes an array of a constant)",
             )
             self.require(
                 array.dtype == dtype,
@@ -180,14 +182,13 @@ class PartTrial:
         label: str,
         function: Callable[..., T],
         *args: object,
-        dtype: str | None = None,
-        leading: tuple[int, ...] | None = (),
+        **right: Any,
     ) -> T:
-        """Return a function's result after checks: right arrays, whose lanes do not depend on each
-        other.
+        """Return a function's result after checks: right `arrays`, whose lanes do not depend on
+        each other.
         """
         result = self.attempt(label, function, *args)
-        self.arrays(label, result, dtype=dtype, leading=leading)
+        self.arrays(label, result, **right)
         self.independent(label, function, *args)
         return result
 
