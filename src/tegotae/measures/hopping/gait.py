@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.measures.hopping.hopping import Hops, LimitCycle, hop_height_m
+from tegotae.measures.hopping.hopping import Hops, LimitCycle, hops
 from tegotae.measures.hopping.metrics import (
     AT_REST,
     FAILED,
     HOPPING,
     LIMIT_CYCLE,
     REGIME,
+    WORK,
     ClampedMetric,
     Conditions,
     DerivedMetric,
@@ -192,22 +193,22 @@ def _contradictions(
         rest_length_m: rest length of the leg l0 [m].
     """
     first, last = (int(table.frame[row]) for row in span)
-    hops, swings = span[1] - span[0], _swings(frames.height_m[first : last + 1, 0])
+    count, swings = span[1] - span[0], _swings(frames.height_m[first : last + 1, 0])
     texts = []
-    times = max(1.0, np.round(hops / swings)) if swings else 1.0
-    if abs(hops - times * swings) > max(1.0, _HOPS * times * swings):
+    times = max(1.0, np.round(count / swings)) if swings else 1.0
+    if abs(count - times * swings) > max(1.0, _HOPS * times * swings):
         texts.append(
-            f"hops and spectrum contradict each other: {hops} hops, while the height swings "
+            f"hops and spectrum contradict each other: {count} hops, while the height swings "
             f"{swings:.3g} times"
         )
     apexes = slice(span[0] + 1, span[1] + 1)
     over_ground = table.height_m[apexes] - frames.ground_m[table.frame[apexes], 0]
     by_hops = float(np.sum(over_ground - rest_length_m))
     climbed = float(frames.climb_flight_m[last, 0] - frames.climb_flight_m[first, 0])
-    if abs(climbed - by_hops) > _CLIMB * by_hops + _BOUNCE * rest_length_m * hops:
+    if abs(climbed - by_hops) > _CLIMB * by_hops + _BOUNCE * rest_length_m * count:
         texts.append(
             f"hops and climb contradict each other: {climbed:.3g} m climbed in flight, while the "
-            f"apexes of {hops} hops rise {by_hops:.3g} m over the rest length"
+            f"apexes of {count} hops rise {by_hops:.3g} m over the rest length"
         )
     cause = (
         "noise, bounces too low to be hops, a wrong rest length or a wrong unit do that: look at "
@@ -368,11 +369,12 @@ def measure(
             work=work,
             metrics=tuple(m for m in HOPPING.metrics() if isinstance(m, GaitMetric)),
         ).lane()
+        table = _hops_of(frames, rest_length_m)
     # How far the ground dropped, if that was the disturbance, no recording says.
     conditions = Conditions(body, work, 0.0 if at_s is None else np.inf)
     follow = derived({name: np.asarray(x) for name, x in of_gait.values.items()}, conditions)
     values = {**of_gait.values, **{name: float(value) for name, value in follow.items()}}
-    table, missing = _hops_of(frames, rest_length_m), _missing(samples, omega, max_force_n)
+    missing = _missing(samples, omega, max_force_n)
     if at_s is None:
         missing["disturbance"] = "there was no disturbance"
     if values[REGIME] != LIMIT_CYCLE:
@@ -405,16 +407,8 @@ def measure(
 
 def _hops_of(frames: Trajectory, rest_length_m: float) -> Hops:
     """Return the hops of the one lane, without rows after its last."""
-    apex_m, ground_m = frames.apex_height_m[:, 0], frames.ground_m[:, 0]
-    indices = np.flatnonzero(apex_m >= hop_height_m(rest_length_m, ground_m))
-    phase_rad = frames.apex_phase_rad[indices, 0] % (2.0 * np.pi)
-    return Hops(
-        frames.apex_time_s[indices, 0],
-        apex_m[indices],
-        phase_rad,
-        indices,
-        np.asarray(len(indices)),
-    )
+    *table, count = (np.asarray(column) for column in hops(frames, rest_length_m))
+    return Hops._make([*(column[: count[0], 0] for column in table), count[0]])
 
 
 def _span(table: Hops, end_s: float, period: float, t0_s: float) -> tuple[int, int] | None:
@@ -463,15 +457,12 @@ def _efficiency(
     return Efficiency(start_s, end_s, flight, climb, work_j, is_cycle, *cot)
 
 
-_OF_WORK = ("work_absolute_j", "work_positive_j", "work_net_j")
-
-
 def _missing(samples: Samples, omega: float | None, max_force_n: float | None) -> dict[str, str]:
     """Return the reasons why channels and parameters of metrics are missing, by their names."""
     reasons: dict[str, str] = {}
     if "force_n" not in samples:
         unmoved = "neither the actuator force nor its work was recorded"
-        reasons |= {} if "work_j" in samples else dict.fromkeys(_OF_WORK, unmoved)
+        reasons |= {} if "work_j" in samples else dict.fromkeys(WORK, unmoved)
         of_force = ("impulse_ns", "actuator_force_n")
         reasons |= dict.fromkeys(of_force, "the actuator force was not recorded")
     for channel in ("spring_force_n", "feedback_rad_per_s", "energy_j"):
@@ -507,7 +498,7 @@ def _why_undefined(metric: Metric, undefined: set[str], missing: Mapping[str, st
             return reason
     if metric.disturbed:
         return "the gait does not settle again before the recording ends"
-    negative = set(metric.channels) & set(_OF_WORK)
+    negative = set(metric.channels) & set(WORK)
     return "the work is negative in sum" if negative else "it has no value for this gait"
 
 
