@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -67,14 +67,11 @@ def roll_out_native(
     computed = Together(tuple(part for part in parts if not isinstance(part, KeptChannels)))
     channels = kernel.channels.only(copied.needs)
     recording = _new_arrays(_lanes(channels, count, timing.n_frames))
-    blocks = None
-    if computed.parts:
-        blocks = _Blocks.for_lanes(computed, timing, kernel.channels, lanes, body)
+    results, summarise = _blocks(computed, timing, kernel.channels, lanes, body)
 
     def collect(first: int, n: int, trajectory: Trajectory) -> None:
         _put(recording, slice(first, first + n), trajectory.only(recording.channels))
-        if blocks is not None:
-            blocks.collect(first, n, trajectory)
+        summarise(first, n, trajectory)
 
     kernel.run(
         lanes,
@@ -84,51 +81,39 @@ def roll_out_native(
         threads=available_cores(),
         collect=collect,
     )
-    results = iter(blocks.results if blocks else ())
+    numbers = iter(results)
     of_parts = tuple(
-        recording.only(part.needs) if isinstance(part, KeptChannels) else next(results)
+        recording.only(part.needs) if isinstance(part, KeptChannels) else next(numbers)
         for part in parts
     )
     return of_parts if isinstance(summary, Together) else of_parts[0]
 
 
-@dataclass(frozen=True)
-class _Blocks:
-    """The results of summaries, block by block, and their places in memory."""
+def _blocks(
+    summaries: Together, timing: Timing, channels: Trajectory, lanes: LaneInputs, body: Body
+) -> tuple[tuple[Any, ...], Callable[[int, int, Trajectory], None]]:
+    """Return the results of summaries, to be filled, and the function that fills in those of a
+    group of lanes, given its first, block by block.
+    """
+    if not summaries.parts:
+        return (), lambda first, n, trajectory: None
+    dtype, count = lanes.weights.dtype, lanes.weights.shape[-1]
+    size = LANES_SUMMARISED if timing.n_frames <= LONG_FRAMES else LANES_OF_LONG_RECORDINGS
+    frames = _lanes(channels.only(summaries.needs), size, timing.n_frames)
+    block = frames, _lanes(lanes.scenario, size), body
+    summarised = _summarised(timing, summaries, _Like.from_tree(block))
+    results = _new_arrays(_lanes(summarised.out_info, count))
 
-    summaries: Together
-    compiled: jax.stages.Compiled
-    size: int
-    """Lanes of a block."""
-    lanes: LaneInputs
-    body: Body
-    results: tuple[Any, ...]
+    def summarise(first: int, n: int, trajectory: Trajectory) -> None:
+        recorded = trajectory.only(summaries.needs)
+        with jax.enable_x64(dtype == "float64"):  # a setting of each thread
+            for offset in range(0, n, size):
+                group = slice(first + offset, first + min(offset + size, n))
+                summed = padded_lanes(recorded, slice(offset, offset + size), size)
+                met = padded_lanes(lanes.scenario, group, size)
+                _put(results, group, summarised(summed, met, body))
 
-    @classmethod
-    def for_lanes(
-        cls,
-        summaries: Together,
-        timing: Timing,
-        channels: Trajectory,
-        lanes: LaneInputs,
-        body: Body,
-    ) -> _Blocks:
-        size = LANES_SUMMARISED if timing.n_frames <= LONG_FRAMES else LANES_OF_LONG_RECORDINGS
-        frames = _lanes(channels.only(summaries.needs), size, timing.n_frames)
-        block = frames, _lanes(lanes.scenario, size), body
-        summarised = _summarised(timing, summaries, _Like.from_tree(block))
-        results = _new_arrays(_lanes(summarised.out_info, lanes.weights.shape[-1]))
-        return cls(summaries, summarised, size, lanes, body, results)
-
-    def collect(self, first: int, n: int, trajectory: Trajectory) -> None:
-        """Summarise a group of lanes, given its first."""
-        recorded = trajectory.only(self.summaries.needs)
-        with jax.enable_x64(self.lanes.weights.dtype == "float64"):  # a setting of each thread
-            for offset in range(0, n, self.size):
-                lanes = slice(first + offset, first + min(offset + self.size, n))
-                summed = padded_lanes(recorded, slice(offset, offset + self.size), self.size)
-                met = padded_lanes(self.lanes.scenario, lanes, self.size)
-                _put(self.results, lanes, self.compiled(summed, met, self.body))
+    return results, summarise
 
 
 def cannot_lower(program: EpisodeProgram, lanes: LaneInputs, body: Body) -> str:
