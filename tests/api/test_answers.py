@@ -11,8 +11,9 @@ from tegotae.api.controllers import load, load_all
 from tegotae.api.evaluations import EXACT, INDEPENDENT, PAIRED, EvaluationTable
 from tegotae.api.hopping import HopperController
 from tegotae.api.parameters import filled
-from tegotae.api.results import Column, Film
+from tegotae.api.results import Film
 from tegotae.cli import main
+from tegotae.measures.metric import Metric
 from tegotae.measures.statistics import interval
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
@@ -20,7 +21,7 @@ from tegotae.systems.recipe import recipe
 from tegotae.systems.system import System
 
 REFLEX, ART = recipe("V-reflex-w8").controller(), recipe("ART").controller()
-SHARE = Column("share", "share", "", (0.0, 1.0), True)
+SHARE = Metric(name="share", label="share", about="", range=(0.0, 1.0), more_is_better=True)
 TRAINING = {"release": {"height_m": 1.2}, "algorithm": {"name": "pgpe", "population": 16}}
 CMA_ES = {"algorithm": {"name": "cma-es", "population": 16}}
 VARIED = {"conditions": [{"kind": "Uniform"}]}

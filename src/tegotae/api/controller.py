@@ -18,7 +18,7 @@ from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
 from tegotae.api.evaluations import EvaluationTable
 from tegotae.api.parameters import Values, filled, in_shell
-from tegotae.api.results import Column, Recording, Table
+from tegotae.api.results import Recording, Table
 from tegotae.measures.metric import Catalogue, Metric
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import replace
@@ -319,13 +319,13 @@ class LoadedController:
         return prepared
 
     def _measurements(
-        self, rows: Any, columns: tuple[Column, ...], options: Any, **fields: Any
+        self, rows: Any, metrics: tuple[Metric, ...], options: Any, **fields: Any
     ) -> EvaluationTable:
         """Return the measurements of the runs, with the facts about their training.
 
         Args:
             rows: columns by name, or a dict a row.
-            columns: measured quantities.
+            metrics: measured quantities.
             options: options of the evaluation.
             fields: further fields of the result.
         """
@@ -337,7 +337,7 @@ class LoadedController:
         single = len(runs.labels) == 1 and runs.controller.has_a_gain_alone
         return EvaluationTable(
             rows=table,
-            columns=tuple(column for column in columns if column.name in table),
+            metrics=tuple(metric for metric in metrics if metric.name in table),
             trained={self.name: training_facts if "algorithm" in training else None},
             exact=frozenset([self.name] if single else []),
             settings={self.name: vars(options)},

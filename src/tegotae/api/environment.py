@@ -12,7 +12,7 @@ from tegotae._support.errors import TegotaeError, require_count
 from tegotae.api.controller import LoadedController, MetricOptions, Subject
 from tegotae.api.evaluations import EvaluationTable
 from tegotae.api.parameters import HIDDEN, Values, changes, check_types, filled
-from tegotae.api.results import Recording, Table, metric_columns
+from tegotae.api.results import Recording, Table
 from tegotae.envs.env_spec import EnvSpec, settings_of
 from tegotae.measures.robots import ROBOTS
 from tegotae.parts.bodies import Body
@@ -126,7 +126,7 @@ class EnvironmentController(LoadedController):
             title=title,
             raw=played,
             numbers=played.numbers(),
-            columns=metric_columns(ROBOTS.metrics()),
+            headings={metric.name: metric.heading for metric in ROBOTS.metrics()},
             rows=lambda: _series(played),
             settings=vars(options),
             notes=(f"It {reason}.",) if reason else (),
@@ -188,8 +188,9 @@ class EnvironmentController(LoadedController):
             note += ": without a limit cycle there is neither CoT⁻¹ nor a transient"
         return self._measurements(
             rows,
-            metric_columns(metrics),
+            metrics,
             options,
+            shows_all=True,
             groups=("controller", "omega"),
             notes=(f"{note}. * means that some runs are.",),
         )

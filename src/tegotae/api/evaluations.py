@@ -13,8 +13,9 @@ import pandas as pd
 
 from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError
-from tegotae.api.results import Column, Table, short
+from tegotae.api.results import Table, short
 from tegotae.measures import statistics
+from tegotae.measures.metric import TABLE, Metric
 from tegotae.measures.statistics import Interval
 
 if TYPE_CHECKING:
@@ -27,8 +28,10 @@ class EvaluationTable(Table):
 
     rows: pd.DataFrame = field(default_factory=pd.DataFrame)
     """Rows named by `controller`, `run` and more, such as the frequency or the start."""
-    columns: tuple[Column, ...]
+    metrics: tuple[Metric, ...]
     """Measured quantities."""
+    shows_all: bool = False
+    """True if the screen shows all metrics, and not the usual ones alone; files have all."""
     groups: tuple[str, ...] = ("controller",)
     """Columns that name a row of the summary. Runs are independent; the mean of a run over all
     else, such as starts, is taken first."""
@@ -48,7 +51,7 @@ class EvaluationTable(Table):
         return dataclasses.replace(
             tables[0],
             rows=pd.concat([table.rows for table in tables], ignore_index=True),
-            columns=tuple({c.name: c for table in tables for c in table.columns}.values()),
+            metrics=tuple({x.name: x for table in tables for x in table.metrics}.values()),
             trained={name: x for table in tables for name, x in table.trained.items()},
             exact=frozenset[str]().union(*(table.exact for table in tables)),
             settings={name: x for table in tables for name, x in table.settings.items()},
@@ -57,7 +60,7 @@ class EvaluationTable(Table):
     def summary(self) -> pd.DataFrame:
         """Return the mean of each column over runs with its interval, or the commonest texts."""
         groups = self._grouped()
-        cells = {c.name: [_mean(c, rows) for rows in groups.values()] for c in self.columns}
+        cells = {x.name: [_mean(x, rows) for rows in groups.values()] for x in self.metrics}
         runs = [rows["run"].nunique() for rows in groups.values()]
         return self._indexed(list(groups), {"runs": runs, **cells})
 
@@ -76,12 +79,11 @@ class EvaluationTable(Table):
         if not pairs:
             raise TegotaeError(f"nothing compares with {self.base}: no frequency is the same")
         methods = [self._compared_as(key[0], rows) for key, (rows, _) in pairs.items()]
-        numeric = [c for c in self.columns if self.rows[c.name].dtype.kind in "fi"]
         cells = {
-            c.name: [
-                _difference(c, *p, kind) for p, kind in zip(pairs.values(), methods, strict=True)
+            x.name: [
+                _difference(x, *p, kind) for p, kind in zip(pairs.values(), methods, strict=True)
             ]
-            for c in numeric
+            for x in self._numeric(self.metrics)
         }
         return self._indexed(list(pairs), {"runs": methods, **cells})
 
@@ -112,10 +114,17 @@ class EvaluationTable(Table):
     def figures(self) -> Mapping[str, matplotlib_figure.Figure]:
         from tegotae.figures.intervals import intervals_figure
 
-        visible = [c for c in self.columns if c.visible and self.rows[c.name].dtype.kind in "fi"]
-        frame = self.summary()
+        frame, visible = self.summary(), self._numeric(self._visible())
         names = [", ".join(map(short, key)) for key in frame.index]
-        return {"intervals": intervals_figure(names, {c.heading: frame[c.name] for c in visible})}
+        return {"intervals": intervals_figure(names, {x.heading: frame[x.name] for x in visible})}
+
+    def _visible(self) -> list[Metric]:
+        """Return the metrics that the screen shows."""
+        return [x for x in self.metrics if self.shows_all or TABLE in x.shown]
+
+    def _numeric(self, metrics: Sequence[Metric]) -> list[Metric]:
+        """Return the metrics whose values are numbers."""
+        return [x for x in metrics if self.rows[x.name].dtype.kind in "fi"]
 
     def _grouped(self) -> dict[tuple[Any, ...], pd.DataFrame]:
         rows = self.rows.groupby(list(self.groups), sort=False, dropna=False)
@@ -132,11 +141,11 @@ class EvaluationTable(Table):
         return EXACT if {name, self.base} & self.exact else INDEPENDENT
 
     def _texts(self, frame: pd.DataFrame, *, better: bool) -> pd.DataFrame:
-        visible = [column for column in self.columns if column.visible and column.name in frame]
-        cells = {c.heading: [_cell(c, cell, better) for cell in frame[c.name]] for c in visible}
+        visible = [x for x in self._visible() if x.name in frame]
+        cells = {x.heading: [_cell(x, cell, better) for cell in frame[x.name]] for x in visible}
         labels = [str(runs) for runs in frame["runs"]]
         if better:
-            methods = frame[[column.name for column in visible]].map(lambda cell: cell.method)
+            methods = frame[[x.name for x in visible]].map(lambda cell: cell.method)
             used_methods = [
                 " and ".join(dict.fromkeys(filter(None, row))) for row in methods.to_numpy()
             ]
@@ -164,31 +173,31 @@ EXACTLY = (
 )
 
 
-def _run_values(column: Column, rows: pd.DataFrame) -> np.ndarray:
+def _run_values(metric: Metric, rows: pd.DataFrame) -> np.ndarray:
     """Return the mean of every run over its rows, [runs]."""
-    runs = [run.to_numpy(float)[None] for _, run in rows.groupby("run", sort=False)[column.name]]
+    runs = [run.to_numpy(float)[None] for _, run in rows.groupby("run", sort=False)[metric.name]]
     return np.array([statistics.mean_defined(values)[0] for values in runs])
 
 
-def _mean(column: Column, rows: pd.DataFrame) -> Interval | str:
-    if rows[column.name].dtype.kind not in "fi":
-        counts = Counter(rows[column.name]).most_common()
+def _mean(metric: Metric, rows: pd.DataFrame) -> Interval | str:
+    if rows[metric.name].dtype.kind not in "fi":
+        counts = Counter(rows[metric.name]).most_common()
         return ", ".join(f"{value} ({count})" for value, count in counts)
-    return statistics.interval(_run_values(column, rows), within=column.range)
+    return statistics.interval(_run_values(metric, rows), within=metric.range)
 
 
-def _difference(column: Column, rows: pd.DataFrame, base: pd.DataFrame, method: str) -> Interval:
-    values, baseline = _run_values(column, rows), _run_values(column, base)
+def _difference(metric: Metric, rows: pd.DataFrame, base: pd.DataFrame, method: str) -> Interval:
+    values, baseline = _run_values(metric, rows), _run_values(metric, base)
     if method == PAIRED:
-        return statistics.paired_difference(values, baseline, within=column.range)
+        return statistics.paired_difference(values, baseline, within=metric.range)
     exact = method == EXACT
-    return statistics.difference(values, baseline, single_is_exact=exact, within=column.range)
+    return statistics.difference(values, baseline, single_is_exact=exact, within=metric.range)
 
 
-def _cell(column: Column, cell: Interval | str, better: bool) -> str:
+def _cell(metric: Metric, cell: Interval | str, better: bool) -> str:
     """Return a mean with its interval; of a clear difference with + or -."""
     if isinstance(cell, str):
         return cell
-    clear = better and column.more_is_better is not None and (cell.low > 0.0 or cell.high < 0.0)
-    mark = (" +" if (cell.mean > 0.0) == column.more_is_better else " -") if clear else ""
+    clear = better and metric.more_is_better is not None and (cell.low > 0.0 or cell.high < 0.0)
+    mark = (" +" if (cell.mean > 0.0) == metric.more_is_better else " -") if clear else ""
     return f"{cell}{mark}"

@@ -15,7 +15,7 @@ from tegotae.analysis.simulation import Result, simulate
 from tegotae.api.controller import Changes, LoadedController, MetricOptions, Subject, Work
 from tegotae.api.evaluations import EvaluationTable
 from tegotae.api.parameters import Values, check_types, filled
-from tegotae.api.results import Recording, Table, columns, metric_columns
+from tegotae.api.results import Recording, Table
 from tegotae.measures.evaluation import Protocol, evaluate, require_evaluable
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.hopping.signals import work_total
@@ -37,12 +37,13 @@ SERIES = (
     *("feedback_rad_per_s", "actuator_force_n", "ground_m", "climb_flight_m", "climb_m"),
 )
 """The columns of the time series, and beside it the running total of the work."""
-OF_HOPS = columns(
-    ("hops", "whole hops"),
-    ("cot_inverse_flight", "CoT⁻¹ (flight)", "m/J"),
-    ("cot_inverse_total", "CoT⁻¹ (all)", "m/J"),
-    ("work_j", "work", "J"),
-)
+OF_HOPS = {
+    "hops": "whole hops",
+    "cot_inverse_flight": "CoT⁻¹ (flight) [m/J]",
+    "cot_inverse_total": "CoT⁻¹ (all) [m/J]",
+    "work_j": "work [J]",
+}
+"""Headings of the numbers of a rollout with whole hops."""
 
 
 class HopperOptions(TypedDict, total=False):
@@ -155,7 +156,7 @@ class HopperController(LoadedController):
             + (f"; the last at {heights} m" if heights else ""),
             raw=result,
             numbers=summary,
-            columns=OF_HOPS if summary["hops"] else (),
+            headings=OF_HOPS if summary["hops"] else {},
             rows=lambda: {
                 **{name: getattr(trajectory, name) for name in SERIES},
                 "work_j": work_total(trajectory, values.work),
@@ -245,8 +246,9 @@ class HopperController(LoadedController):
         rows = {"run": np.repeat(labels, len(omegas)), "omega": np.tile(omegas, len(labels))}
         return self._measurements(
             rows | {name: values.ravel() for name, values in result.episodes.items()},
-            metric_columns(metrics, requested=bool(options.metric)),
+            metrics,
             options,
+            shows_all=bool(options.metric),
             notes=[
                 "Mean over runs [95 % interval]. A body at rest has CoT⁻¹ 0; hopping without a "
                 "limit cycle has neither CoT⁻¹ nor transients, and counts in the share of limit "

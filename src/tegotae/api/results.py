@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 from base64 import b64encode
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
@@ -21,8 +21,6 @@ from tegotae._support import tables
 from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import check_folder, output_file, write_atomically
-from tegotae.measures import statistics
-from tegotae.measures.metric import TABLE, Metric
 from tegotae.measures.statistics import UNDEFINED
 
 if TYPE_CHECKING:
@@ -35,54 +33,6 @@ DIGITS = 9
 """Significant digits in a file: more than single precision has."""
 NUMBERS = (".csv", ".parquet", ".json")
 """Endings of files of numbers."""
-
-
-@dataclass(frozen=True)
-class Column:
-    """Measured quantity: its name in files, and its label for people."""
-
-    name: str
-    label: str
-    unit: str = ""
-    range: statistics.Range = statistics.UNBOUNDED
-    """Least and largest possible value."""
-    more_is_better: bool | None = None
-    visible: bool = True
-    """True if the screen shows it; files have all columns."""
-
-    @property
-    def heading(self) -> str:
-        """Label and unit."""
-        return f"{self.label} [{self.unit}]" if self.unit else self.label
-
-
-def columns(*rows: tuple[Any, ...]) -> tuple[Column, ...]:
-    """Return columns, each made of the arguments of `Column`."""
-    return tuple(Column(*row) for row in rows)
-
-
-def metric_columns(
-    metrics: Iterable[Metric], *, requested: bool = True, units: Mapping[str, str] | None = None
-) -> tuple[Column, ...]:
-    """Return the columns of metrics.
-
-    Args:
-        metrics: the metrics.
-        requested: True if all are shown, and not the usual ones alone.
-        units: units of the body in place of some SI units.
-    """
-    units = units or {}
-    return tuple(
-        Column(
-            metric.name,
-            metric.label,
-            units.get(metric.unit, metric.unit),
-            metric.range,
-            metric.more_is_better,
-            requested or TABLE in metric.shown,
-        )
-        for metric in metrics
-    )
 
 
 @dataclass(frozen=True, repr=False)
@@ -235,8 +185,8 @@ class Recording(ResultBase):
     name: str
     """Name of the controller."""
     numbers: Mapping[str, Any]
-    columns: tuple[Column, ...]
-    """Columns that the screen shows of the numbers."""
+    headings: Mapping[str, str]
+    """Numbers that the screen shows, with their headings."""
     settings: Mapping[str, Any]
     """Options of the rollout."""
     limbs: pd.DataFrame | None = None
@@ -245,7 +195,7 @@ class Recording(ResultBase):
     """Function that makes the animation."""
 
     def texts(self) -> list[pd.DataFrame]:
-        values = [(c.heading, self.numbers.get(c.name)) for c in self.columns]
+        values = [(heading, self.numbers.get(x)) for x, heading in self.headings.items()]
         entries = [(heading, number) for heading, number in values if number is not None]
         numbers = pd.DataFrame(entries, columns=["quantity", "value"])
         texts = [frame.map(short) for frame in (self.limbs, numbers) if frame is not None]

@@ -15,15 +15,10 @@ from tegotae.analysis.gaits.releases import GaitRun, release_all, simulate_gaits
 from tegotae.api.controller import Changes, LoadedController, MetricOptions, Subject
 from tegotae.api.evaluations import EvaluationTable
 from tegotae.api.parameters import Values, check_types, filled
-from tegotae.api.results import (
-    Column,
-    Recording,
-    Table,
-    columns,
-    metric_columns,
-)
+from tegotae.api.results import Recording, Table
 from tegotae.measures.gaits.metrics import GAIT, WALKING
 from tegotae.measures.gaits.names import TOLERANCE
+from tegotae.measures.metric import Metric
 from tegotae.parts.bodies import Body, Sensors
 from tegotae.parts.fields import replace, unwrapped
 from tegotae.systems.legged import Legged, felt
@@ -33,6 +28,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tegotae.figures.animation import Animation
+
+_GAIT = Metric(name=GAIT, label=GAIT, about="name of the gait", more_is_better=None)
 
 
 class GroundOptions(TypedDict, total=False):
@@ -162,14 +159,14 @@ class WalkerController(LoadedController):
             title=run.gait,
             raw=run,
             numbers=run.numbers,
-            columns=columns(
-                ("lock_time_s", "locked after", time),
-                ("order_parameter", "order parameter"),
-                ("speed_m_per_s", "speed", f"{length}/{time}"),
-                ("cost_of_transport", "cost of transport"),
-                ("froude", "Froude number"),
-                ("fall_time_s", "fell at", time),
-            ),
+            headings={
+                "lock_time_s": f"locked after [{time}]",
+                "order_parameter": "order parameter",
+                "speed_m_per_s": f"speed [{length}/{time}]",
+                "cost_of_transport": "cost of transport",
+                "froude": "Froude number",
+                "fall_time_s": f"fell at [{time}]",
+            },
             rows=lambda: run.series,
             settings=vars(values),
             draw=lambda: _figures(run, f"{self.name}: {run.gait}"),
@@ -224,9 +221,13 @@ class WalkerController(LoadedController):
         rows["run"] = np.array(self.runs.labels)[rows["run"]]
         length, time = self.legged.units
         units = {"s": time, "m": length, "m/s": f"{length}/{time}"}
-        measured = metric_columns(metrics, requested=bool(options.metric), units=units)
+        measured = [dataclasses.replace(x, unit=units.get(x.unit, x.unit)) for x in metrics]
         return self._measurements(
-            rows, (*measured, Column(GAIT, "gait")), options, groups=("controller", "omega")
+            rows,
+            (*measured, _GAIT),
+            options,
+            shows_all=bool(options.metric),
+            groups=("controller", "omega"),
         )
 
 
