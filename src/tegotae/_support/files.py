@@ -11,18 +11,20 @@ import secrets
 import tempfile
 import zipfile
 from collections.abc import Iterable, Mapping
+from importlib import import_module
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from tegotae._support.errors import TegotaeError
 
+msvcrt: Any = None
 try:
     import fcntl
 except ImportError:  # Windows
     fcntl = None
-    import msvcrt
+    msvcrt = import_module("msvcrt")
 
 _LONGEST_NAME = 255
 """Longest file name that file systems take [bytes]."""
