@@ -279,7 +279,7 @@ class Visits:
     """φ̇ [rad/s]."""
     feedback_rad_per_s: np.ndarray
     """f [rad/s]."""
-    force_n: np.ndarray
+    actuator_force_n: np.ndarray
     """Actuator force [N]."""
     action: np.ndarray
     """A′(φ); NaN where it is not known."""
@@ -292,12 +292,6 @@ class Visits:
     def stance(self) -> np.ndarray:
         """True where the leg is loaded."""
         return self.load > 0.0
-
-    @property
-    def density(self) -> tuple[np.ndarray, np.ndarray]:
-        """Edges of equal parts of a turn [rad], and the share of the time in each."""
-        counts, edges = np.histogram(self.phase_rad, _BINS, (0.0, TWO_PI))
-        return edges, counts / max(1, len(self.phase_rad))
 
 
 def visits(
@@ -322,17 +316,8 @@ def visits(
             for name, x in recorded.items()
         }
         load, terms = _terms(released.saved, moments, number)
-        return Visits(
-            moments["phase_rad"],
-            moments["spring_force_n"],
-            load,
-            moments["rate_rad_per_s"],
-            moments["feedback_rad_per_s"],
-            moments["actuator_force_n"],
-            terms["action"],
-            terms["reaction"],
-            terms["gain"],
-        )
+        del moments["velocity_m_per_s"]
+        return Visits(**moments, load=load, **terms)
 
     return [of_set(number) for number in range(controller.sets)]
 
@@ -537,8 +522,8 @@ def pushing(v: Visits, most_n: float) -> tuple[float, list[Arc]]:
         v: the visits.
         most_n: α [N].
     """
-    half = 0.5 * min(most_n, max(float(v.force_n.max()), 1e-9))
-    pushes = v.stance & (v.force_n > half)
+    half = 0.5 * min(most_n, max(float(v.actuator_force_n.max()), 1e-9))
+    pushes = v.stance & (v.actuator_force_n > half)
     if not pushes.any():
         return 0.0, []
     return float(pushes.sum() / v.stance.sum()), arcs(v.phase_rad, v.stance, pushes)

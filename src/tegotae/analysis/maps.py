@@ -352,25 +352,22 @@ def distinct_cycles(outcome: Outcome) -> tuple[np.ndarray, pd.DataFrame]:
         Number of each lane's limit cycle, -1 without one, [lanes]; and the cycles
         (`HopperBasin.cycles`).
     """
-    settled = np.flatnonzero(outcome.regime == LIMIT_CYCLE)
-    period = outcome.limit_cycle_period[settled]
-    turns = np.round(outcome.winding_ratio[settled] * period)
-    height = outcome.apex_height_m[settled]
-    order = np.lexsort((height, turns, period))
-    new = np.ones(len(settled), bool)
-    new[1:] = (
-        (np.diff(period[order]) != 0)
-        | (np.diff(turns[order]) != 0)
-        | (np.diff(height[order]) > _SAME_HEIGHT_M)
+    lanes = pd.DataFrame(
+        {
+            "hops": outcome.limit_cycle_period,
+            "turns": np.round(outcome.winding_ratio * outcome.limit_cycle_period),
+            "apex_height_m": outcome.apex_height_m,
+            "cot_inverse_a_m_per_j": outcome.cot_inverse,
+        }
     )
-    groups = np.split(order, np.flatnonzero(new)[1:]) if len(settled) else []
-    groups.sort(key=len, reverse=True)
-    number, rows = np.full(len(outcome.regime), -1), []
-    for i, members in enumerate(groups):
-        lanes_in = settled[members]
-        number[lanes_in] = i
-        means = (float(x[lanes_in].mean()) for x in (outcome.apex_height_m, outcome.cot_inverse))
-        first = members[0]
-        rows.append((int(period[first]), int(turns[first]), *means, len(members) / len(number)))
-    names = ["hops", "turns", "apex_height_m", "cot_inverse_a_m_per_j", "share"]
-    return number, pd.DataFrame(rows, columns=names)
+    settled = lanes[outcome.regime == LIMIT_CYCLE].sort_values(["hops", "turns", "apex_height_m"])
+    steps = settled[["hops", "turns", "apex_height_m"]].diff()
+    same = (steps.hops == 0) & (steps.turns == 0) & (steps.apex_height_m <= _SAME_HEIGHT_M)
+    groups = settled.groupby((~same).cumsum())
+    means = groups.agg(lambda values: values.to_numpy().mean()).astype(float)
+    cycles = means.assign(share=groups.size() / len(lanes))
+    order = cycles.sort_values("share", ascending=False, kind="stable").index
+    number = np.full(len(lanes), -1)
+    number[settled.index] = order.get_indexer((~same).cumsum())
+    cycles = cycles.loc[order].astype({"hops": int, "turns": int}).reset_index(drop=True)
+    return number, cycles

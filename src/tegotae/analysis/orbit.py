@@ -15,11 +15,10 @@ from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.measures.hopping.hopping import Hops, hops
 from tegotae.measures.hopping.metrics import LIMIT_CYCLE, REGIMES, limit_cycle_period
 from tegotae.measures.hopping.signals import require_measurable
-from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body, Hopper, require_one_limb
 from tegotae.parts.maths import TWO_PI
 from tegotae.simulation.recorder import Trajectory
-from tegotae.simulation.rollout import Scenario, Timing
+from tegotae.simulation.rollout import Timing
 from tegotae.simulation.summaries import KeptChannels, Together
 from tegotae.systems.controller_file import SavedController
 
@@ -30,6 +29,7 @@ SIGNALS = (
     *("feedback_rad_per_s", "actuator_force_n"),
 )
 """Signals of a path, beside its phase."""
+_PERIOD = GaitSummary(metrics=(limit_cycle_period,))
 
 
 class NoLimitCycleError(TegotaeError):
@@ -125,21 +125,19 @@ def find_orbit(
     timing = system.timing_over(settle_s, tick_s=tick_s, frame_s=system.period_s(tick_s))
     require_measurable(timing.tick_s)
     names = oscillator_state_names(saved)
-    apex_names = tuple(f"apex_{name}" for name in names)
-    channels = KeptChannels(("time_s", "phase_rad", *SIGNALS, *names, *apex_names))
-    rollout = system.rollout(Together((channels, _LastCycle())), timing)
+    channels = KeptChannels(("time_s", "phase_rad", *SIGNALS, *names))
+    rollout = system.rollout(Together((channels, _PERIOD, _Apexes(names))), timing)
     recorded = rollout.run(saved.weights, system.scenario(), saved.body, dtype="float64")
-    lane, (regime, period, table) = jax.tree.map(lambda x: x[..., 0], recorded)
-    if regime != LIMIT_CYCLE:
+    lane, gait, (table, *state) = jax.tree.map(lambda x: x[..., 0], recorded)
+    if gait.regime != LIMIT_CYCLE:
         raise NoLimitCycleError(
             f"released from {system.release.height_m:g} m at phase "
             f"{float(np.ravel(system.release.phase_rad)[0]):g} rad, the gait has no limit cycle "
-            f"after {settle_s:g} s: {REGIMES[regime]}"
+            f"after {settle_s:g} s: {REGIMES[gait.regime]}"
         )
-    k = int(period)
+    k = int(gait.limit_cycle_period)
     last = int(table.n_hops) - 1
     first = last - k
-    apexes = table.frame[first:last]
     path = jax.tree.map(lambda x: x[table.frame[first] : table.frame[last]], lane)
     return Orbit(
         hops=k,
@@ -149,7 +147,7 @@ def find_orbit(
         time_s=path.time_s - table.time_s[first],
         phase_rad=path.phase_rad % TWO_PI,
         **{name: getattr(path, name) for name in SIGNALS},
-        apex_oscillator_state={name: lane.channels[f"apex_{name}"][apexes] for name in names},
+        apex_oscillator_state={n: x[first:last] for n, x in zip(names, state, strict=True)},
         oscillator_state={name: path.channels[name] for name in names},
     )
 
@@ -158,24 +156,6 @@ def oscillator_state_names(saved: SavedController) -> tuple[str, ...]:
     """Return the names of the oscillator's state beside its phase."""
     oscillator = saved.controller.oscillator
     return () if oscillator is None else oscillator.STATE
-
-
-@dataclass(frozen=True)
-class _LastCycle:
-    """The summary of a lane's regime, the period of its limit cycle and its hops."""
-
-    gait: GaitSummary = GaitSummary(metrics=(limit_cycle_period,))  # noqa: RUF009 - immutable
-
-    @property
-    def needs(self) -> tuple[str, ...]:
-        return self.gait.needs
-
-    def __call__(
-        self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
-    ) -> tuple[AnyArray, AnyArray, Hops]:
-        gait = self.gait(trajectory, scenario, body, timing)
-        table = hops(trajectory, body.rest_length_m)
-        return gait.regime, gait.limit_cycle_period, table
 
 
 def check_heights(height_m: np.ndarray, duration_s: float) -> np.ndarray:
@@ -229,6 +209,10 @@ class _Apexes:
     """The table of hops, and the rest of the oscillator's state at their apexes, row by row."""
 
     names: tuple[str, ...]
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        return (*_PERIOD.needs, *(f"apex_{name}" for name in self.names))
 
     def __call__(self, trajectory, scenario, body, timing):
         table = hops(trajectory, body.rest_length_m)

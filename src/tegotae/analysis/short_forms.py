@@ -296,7 +296,9 @@ def _push(controller: Controller, v: Visits, turn: float) -> list[float]:
         outside = v.stance & ((v.phase_rad - start) % TWO_PI > width)
         falling = np.maximum(-v.feedback_rad_per_s, 0.0)[outside]
         power = float(falling @ falling)
-        numbers.append(float(falling @ v.force_n[outside]) / power if power > 1e-9 else 0.0)
+        numbers.append(
+            float(falling @ v.actuator_force_n[outside]) / power if power > 1e-9 else 0.0
+        )
     return numbers
 
 

@@ -18,7 +18,6 @@ from tegotae._support.errors import (
     require_count,
     require_finite,
     require_known,
-    unknown,
 )
 from tegotae._support.limits import MOST_M, MOST_SEEDS
 from tegotae.analysis.gaits.releases import gait_counts
@@ -101,20 +100,17 @@ class GaitLesion(Part):
                 two that are left.
         """
         names, body = legged.names, unwrapped(legged.body)
+        shares: tuple[float, ...] | None = getattr(body, "present", None)
+        present = [i for i, share in enumerate(shares or (1.0,) * body.limbs) if share > 0.5]
         for leg in self.lost:
             require_known("leg of this body", leg, names)
-        present = getattr(body, "present", None)
-        if self.lost and present is None:
-            raise TegotaeError(
-                f"a {type(body).__name__} cannot lose a leg: it does not say which are present"
-            )
-        present_share = (1.0,) * body.limbs if present is None else present
-        for leg in self.lost:
-            if present_share[names.index(leg)] < 0.5:
+            if shares is None:
+                raise TegotaeError(
+                    f"a {type(body).__name__} cannot lose a leg: it does not say which are present"
+                )
+            if names.index(leg) not in present:
                 raise TegotaeError(f"leg {leg} is lost already; name one that is there")
-        remaining = tuple(
-            i for i, leg in enumerate(names) if present_share[i] > 0.5 and leg not in self.lost
-        )
+        remaining = tuple(i for i in present if names[i] not in self.lost)
         if len(remaining) < 2:
             raise TegotaeError(
                 f"{len(remaining)} of {body.limbs} legs is left; a gait is how several legs go "
@@ -129,19 +125,10 @@ class GaitLesion(Part):
             TegotaeError: for legs or numbers that the body does not have.
         """
         body = unwrapped(legged.body)
-        remaining, numbers = self.left(legged), numbers_of(body)
-        changes: dict[str, LaneNumbers] = {}
+        remaining, changes = self.left(legged), dict[str, LaneNumbers]()
+        numbers = [name for name, x in numbers_of(body).items() if not isinstance(x, tuple)]
         for name, value in self.fields:
-            if name not in numbers or isinstance(numbers[name], tuple):
-                raise unknown(
-                    f"number of a {type(body).__name__}",
-                    name,
-                    [
-                        number
-                        for number, nominal in numbers.items()
-                        if not isinstance(nominal, tuple)
-                    ],
-                )
+            require_known(f"number of a {type(body).__name__}", name, numbers)
             changes[name] = Step(value, from_s=self.at_s, until_s=self.at_s + self.lasts_s)
         if self.lost:
             present = np.isin(np.arange(legged.body.limbs), remaining).astype(float)

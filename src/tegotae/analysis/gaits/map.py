@@ -203,33 +203,24 @@ class GaitMap:
         it, and `fallen_share` of all starts fell. Over those that have it, lags are circular means,
         and other numbers medians.
         """
-        frame, names = self.frame, self.legged.names
-        starts = self.grid("gait").shape[-1]
-        gait = self.grid("gait").reshape(-1, starts)
-        modes = np.array([pd.Series(row).mode()[0] for row in gait])
-        has = gait == modes[:, None]
-
-        def of_starts(column: str) -> np.ma.MaskedArray:
-            values = frame[column].to_numpy().reshape(-1, starts)
-            return np.ma.masked_where(~has | ~np.isfinite(values), values)
-
-        def mean_lag(leg: str) -> np.ndarray:
-            lag = of_starts(f"lag_cycles_{leg}")
-            turned = np.exp(2j * np.pi * lag).mean(axis=1)
-            all_known = (lag.mask == ~has).all(axis=1)
-            return np.where(all_known, np.angle(turned) / (2.0 * np.pi) % 1.0, np.nan)
-
-        def median(column: str) -> np.ndarray:
-            return np.ma.median(of_starts(column), axis=1).filled(np.nan)
-
-        fell = np.isfinite(frame["fall_time_s"].to_numpy()).reshape(-1, starts)
-        cells = frame[[self.x.name, self.y.name, "refused"]].iloc[::starts].reset_index(drop=True)
-        return cells.assign(
-            gait=modes,
-            share=has.mean(axis=1),
-            fallen_share=fell.mean(axis=1),
-            **{f"lag_cycles_{leg}": mean_lag(leg) for leg in names},
-            **{name: median(name) for name in _MEDIANS},
+        frame, lags = self.frame, [f"lag_cycles_{leg}" for leg in self.legged.names]
+        cell = np.arange(len(frame)) // self.grid("gait").shape[-1]
+        modes = frame.groupby(cell)["gait"].agg(lambda names: names.mode()[0])
+        has = frame["gait"] == modes.loc[cell].to_numpy()
+        common: Any = frame[has].groupby(cell[has])
+        turned = np.exp(2j * np.pi * frame.loc[has, lags].astype(float)).groupby(cell[has]).mean()
+        lag = np.angle(turned) / (2.0 * np.pi) % 1.0
+        known = common[lags].count() == common[lags].size().to_numpy()[:, None]
+        return pd.concat(
+            [
+                frame[[self.x.name, self.y.name, "refused"]].groupby(cell).first(),
+                modes,
+                has.groupby(cell).mean().rename("share"),
+                frame["fall_time_s"].notna().groupby(cell).mean().rename("fallen_share"),
+                pd.DataFrame(lag, columns=lags).where(known),
+                common[list(_MEDIANS)].median(),
+            ],
+            axis=1,
         )
 
     @property

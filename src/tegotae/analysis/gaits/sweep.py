@@ -78,10 +78,7 @@ class GaitSweep:
     @property
     def summary(self) -> pd.DataFrame:
         """Gaits at every level on both ways, with their numbers of starts, as texts."""
-        gaits = self.frame.groupby([_LEVEL, "direction"])["gait"]
-        texts: Any = gaits.agg(
-            lambda x: ", ".join(f"{name} {n}" for name, n in gait_counts(x).items())
-        )
+        texts: Any = self.frame.groupby([_LEVEL, "direction"])["gait"].agg(_listed)
         table = texts.unstack()[[UP, DOWN]].add_prefix("gaits on the way ").rename_axis(index="ω")
         return table.set_index(table.index.map("{:.4g}".format))
 
@@ -204,22 +201,17 @@ def sweep(
     )._replace(omega=np.where(up, levels[0], levels[-1]) * (1.0 + np.tile(off, 2)))
     summary = legged.summary(LevelsSummary, levels=len(levels))
     summaries = lanes_of(legged.run(summary, scenario, timing))
-    directions = {
-        UP: [x[..., :starts] for x in summaries],
-        DOWN: [x[::-1, ..., starts:] for x in summaries],
-    }
-    frames = [
-        coordination_frame(
-            Coordination(*(np.moveaxis(x, 0, -2).reshape(*x.shape[1:-1], -1) for x in parts)),
-            legged.names,
-            tolerance,
-            direction=direction,
-            omega_rad_per_s=np.repeat(levels, starts),
-            start=np.tile(np.arange(starts), len(levels)),
-        )
-        for direction, parts in directions.items()
-    ]
-    return GaitSweep(legged, pd.concat(frames, ignore_index=True), tolerance)
+    frame = coordination_frame(  # level by level, on the way up and on the way down
+        Coordination(*(np.moveaxis(x, 0, -2).reshape(*x.shape[1:-1], -1) for x in summaries)),
+        legged.names,
+        tolerance,
+        direction=np.tile(np.where(up, UP, DOWN), len(levels)),
+        omega_rad_per_s=np.where(up, levels[:, None], levels[::-1, None]).ravel(),
+        start=np.tile(np.arange(starts), 2 * len(levels)),
+    )
+    order = ["direction", _LEVEL, "start"]
+    frame = frame.sort_values(order, ascending=[False, True, True], ignore_index=True)
+    return GaitSweep(legged, frame, tolerance)
 
 
 def staircase_timing(timing: Timing, levels: int, dwell_s: float) -> Timing:
