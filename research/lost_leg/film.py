@@ -14,9 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from tegotae.analysis.gaits.releases import GaitRun, simulate_gaits
-from tegotae.figures.animation import FRAMES_PER_S, save_animation
+from tegotae.figures.animation import FRAMES_PER_S, write_animation
 from tegotae.figures.gaits.animation import LegPositions, moving, pose
-from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, styled
+from tegotae.figures.style import COLOURS, PAGE_IN, new_figure
 from tegotae.parts.fields import replace
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Timing
@@ -82,8 +82,7 @@ def write_film(run: GaitRun, leg: str, path: Path) -> None:
     def note(index: int) -> str:
         return f"{leg} lost" if run.trajectory.time_s[index] > LOST_S else ""
 
-    with styled():
-        save_animation(moving(run.legged, trajectory, frames, note), path)
+    write_animation(lambda: moving(run.legged, trajectory, frames, note), path)
 
 
 def draw_frames(runs: dict[str, dict[str, GaitRun]]) -> Figure:

@@ -15,7 +15,7 @@ from tegotae._support.errors import require_count, require_finite, unknown
 from tegotae._support.files import write_atomically
 from tegotae._support.limits import available_memory, require_memory
 from tegotae.analysis.maps import axis, lanes
-from tegotae.figures.animation import animation_file, save_animation
+from tegotae.figures.animation import animation_file, write_animation
 from tegotae.figures.style import literal_text, new_figure, save_figure, styled
 from tegotae.simulation.summaries import whole_trajectory
 from tegotae.systems.recipe import recipe
@@ -177,7 +177,7 @@ def test_half_an_animation_is_not_kept(tmp_path, error):
     path = tmp_path / "a.gif"
     path.write_bytes(b"before")
     with pytest.raises(TegotaeError, match=r"No space left on device|ffmpeg failed"):
-        save_animation(HalfWritten(error), path)  # type: ignore[arg-type]
+        write_animation(lambda: HalfWritten(error), path)  # type: ignore[arg-type]
     assert path.read_bytes() == b"before"
     assert os.listdir(tmp_path) == ["a.gif"]
 

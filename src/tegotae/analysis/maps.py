@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -352,7 +352,7 @@ def distinct_cycles(outcome: Outcome) -> tuple[np.ndarray, pd.DataFrame]:
         Number of each lane's limit cycle, -1 without one, [lanes]; and the cycles
         (`HopperBasin.cycles`).
     """
-    lanes = pd.DataFrame(
+    lanes: Any = pd.DataFrame(
         {
             "hops": outcome.limit_cycle_period,
             "turns": np.round(outcome.winding_ratio * outcome.limit_cycle_period),

@@ -36,6 +36,13 @@ class Surface:
     feedback_rad_per_s: np.ndarray
     """Tegotae feedback f [rad/s], shape [rows, columns]."""
 
+    @property
+    def columns(self) -> tuple[str, np.ndarray]:
+        """Name and values of the columns' axis."""
+        if self.phase_rad is None:
+            return "velocity_m_per_s", self.velocity_m_per_s
+        return "phase_rad", self.phase_rad
+
 
 def sees_velocity(driven: SavedController | Policy) -> bool:
     """Return whether any term of the controller reads the velocity, or the policy observes it."""

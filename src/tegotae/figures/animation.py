@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from importlib import import_module
@@ -55,25 +55,15 @@ def write_animation(make: Callable[[], Animation], path: Path | str) -> Path:
         path: the file (.gif; or .mp4, which needs ffmpeg).
 
     Raises:
-        TegotaeError: for what cannot be drawn, another ending, a missing ffmpeg, or a file that
-            cannot be written.
+        TegotaeError: for what cannot be drawn, another ending, a missing or failing ffmpeg, or a
+            file that cannot be written.
     """
     path = animation_file(path)
-    with styled():
-        return save_animation(make(), path)
-
-
-def save_animation(moving: Animation, path: Path) -> Path:
-    """Write an animation to a file that `animation_file` has looked at.
-
-    Raises:
-        TegotaeError: if ffmpeg fails, or the file cannot be written.
-    """
-    gif = path.suffix.lower() == ".gif"
-    writer = GifWriter(moving.artists) if gif else FFMpegWriter(fps=FRAMES_PER_S)
     try:
         with styled(), tempfile.TemporaryDirectory() as folder:
-            temporary = Path(folder) / path.name
+            moving, temporary = make(), Path(folder) / path.name
+            gif = path.suffix.lower() == ".gif"
+            writer = GifWriter(moving.artists) if gif else FFMpegWriter(fps=FRAMES_PER_S)
             with reporting("animation", sum(1 for _ in moving.new_saved_frame_seq())) as reporter:
                 moving.save(
                     temporary,
@@ -277,27 +267,27 @@ def film(replay: Replay) -> list[np.ndarray]:
     Raises:
         TegotaeError: where nothing can be drawn.
     """
-    spec = replay.experiment.spec
-    if spec.is_model:
-        return _model_pictures(spec.model_settings, replay)
-    return _environment_pictures(replay)
-
-
-def _pictured_steps(replay: Replay) -> np.ndarray:
-    """Return the steps of which there is a picture."""
-    time = replay.episode.time_s
+    spec, time = replay.experiment.spec, replay.episode.time_s
     count = max(1, int(time[-1] * FRAMES_PER_S))
-    return np.searchsorted(time, np.arange(count) / FRAMES_PER_S).clip(max=len(time) - 1)
+    at = np.searchsorted(time, np.arange(count) / FRAMES_PER_S).clip(max=len(time) - 1)
+    steps: list[int] = at.tolist()
+    if spec.is_model:
+        pictures = _model_pictures(spec.model_settings, replay, steps)
+    else:
+        pictures = _environment_pictures(replay, steps)
+    return [pictures[step] for step in steps]
 
 
-def _model_pictures(settings: ModelSettings, replay: Replay) -> list[np.ndarray]:
+def _model_pictures(
+    settings: ModelSettings, replay: Replay, steps: Collection[int]
+) -> dict[int, np.ndarray]:
+    """Return the pictures of some steps of a MuJoCo model."""
     from tegotae.envs.mujoco.sensing import sensing
     from tegotae.envs.scaling import started
     from tegotae.training.environments.rollouts import ModelLanes
 
     mujoco = require("mujoco", "mujoco")
     lanes, every, sensed = ModelLanes(settings, 1), np.ones(1, bool), sensing(settings)
-    frames = _pictured_steps(replay).tolist()
     states: dict[int, np.ndarray] = {}
     try:
         observation = lanes.reset(replay.seed, every)
@@ -307,7 +297,7 @@ def _model_pictures(settings: ModelSettings, replay: Replay) -> list[np.ndarray]
         )
         for step, action in enumerate(replay.episode.action):
             lanes.step(action[None].astype(float), every)
-            if step in frames:
+            if step in steps:
                 states[step] = lanes.batch.states[0]
     finally:
         lanes.close()
@@ -318,7 +308,7 @@ def _model_pictures(settings: ModelSettings, replay: Replay) -> list[np.ndarray]
             mujoco.mj_setState(sensed.model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
             mujoco.mj_forward(sensed.model, data)
             pictures[step] = picture(data)
-    return [pictures[step] for step in frames]
+    return pictures
 
 
 @contextmanager
@@ -400,20 +390,19 @@ def _context() -> Any:
     raise TegotaeError(_NO_CONTEXT)
 
 
-def _environment_pictures(replay: Replay) -> list[np.ndarray]:
-    """Return the pictures of an environment that draws itself with Gymnasium."""
+def _environment_pictures(replay: Replay, steps: Collection[int]) -> dict[int, np.ndarray]:
+    """Return the pictures of some steps of an environment that draws itself with Gymnasium."""
     spec = replay.experiment.spec
     if "MUJOCO_GL" not in os.environ and sys.platform == "linux" and not os.environ.get("DISPLAY"):
         os.environ["MUJOCO_GL"] = "egl"
     drawn = replace(spec, settings=(*spec.settings, ("render_mode", "rgb_array")))
-    frames = {*_pictured_steps(replay).tolist()}
     pictures: dict[int, np.ndarray] = {}
     env = drawn.make()
     try:
         env.reset(seed=replay.seed)
         for step, action in enumerate(replay.episode.action):
             env.step(action.astype(env.action_space.dtype))
-            if step in frames:
+            if step in steps:
                 pictures[step] = np.asarray(env.render(), np.uint8)
     except Exception as error:  # somebody else's program draws
         raise TegotaeError(
@@ -421,4 +410,4 @@ def _environment_pictures(replay: Replay) -> list[np.ndarray]:
         ) from None
     finally:
         env.close()
-    return [pictures[step] for step in _pictured_steps(replay).tolist()]
+    return pictures

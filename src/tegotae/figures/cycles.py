@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Patch
 from matplotlib.patheffects import Normal, Stroke
@@ -102,28 +103,29 @@ def surface_figure(
     heights = (1.6, 1.0) if orbit else (1.0,)
     top, *below = figure.subplots(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0]
     figure.suptitle(note, fontsize=8)
-    mesh = top.pcolormesh(
-        surface.phase_rad if with_phase else surface.velocity_m_per_s,
-        surface.spring_force_n,
-        surface.actuator_force_n,
-        vmin=0.0,
-        vmax=largest if acts else max_force_n,
-        cmap=SEQUENTIAL,
-        rasterized=True,
-    )
+    mesh = draw_surface(top, surface, largest if acts else max_force_n)
     reaches = "up to " if largest >= 0.995 * max_force_n else f"at most {largest:.2g}, "
     words = f"{reaches if acts else 'next to none, '}α = {max_force_n:.3g} N"
     bar = figure.colorbar(mesh, ax=top, location="top", aspect=30)
     bar.set_label(f"actuator force $F_a$ [N]: {words}")
-    top.set(xlabel="velocity ẏ [m/s]", ylabel="spring force $F_k$ [N]")
     top.set_ylim(0.0, surface.spring_force_n[-1])
-    if with_phase:
-        phase_axis(top)
     if orbit is not None:
         across = broken(orbit.phase_rad) if with_phase else orbit.velocity_m_per_s
         draw_path(top, across, orbit.spring_force_n)
         _draw_cycle(below[0], orbit, with_phase, max_force_n)
     return figure
+
+
+def draw_surface(axes: Axes, surface: Surface, most_n: float | None = None) -> QuadMesh:
+    """Draw the actuator force over phase (or velocity) and spring force; colours end at `most_n`
+    [N], or at the largest force.
+    """
+    name, across = surface.columns
+    axes.set(xlabel="velocity ẏ [m/s]", ylabel="spring force $F_k$ [N]")
+    if name == "phase_rad":
+        phase_axis(axes)
+    look: Any = {"cmap": SEQUENTIAL, "vmin": 0.0, "vmax": most_n, "rasterized": True}
+    return axes.pcolormesh(across, surface.spring_force_n, surface.actuator_force_n, **look)
 
 
 def surface_tables(surface: Surface, orbit: Orbit | None) -> dict[str, Table]:
@@ -133,10 +135,8 @@ def surface_tables(surface: Surface, orbit: Orbit | None) -> dict[str, Table]:
         "feedback_rad_per_s": surface.feedback_rad_per_s,
     }
     rows = ("spring_force_n", surface.spring_force_n)
-    if surface.phase_rad is None:
-        table = long_table(rows, ("velocity_m_per_s", surface.velocity_m_per_s), maps)
-    else:
-        table = long_table(rows, ("phase_rad", surface.phase_rad), maps)
+    table = long_table(rows, surface.columns, maps)
+    if surface.phase_rad is not None:
         table["velocity_m_per_s"] = surface.velocity_m_per_s[0]
     tables: dict[str, Table] = {"": table}
     if orbit is not None:

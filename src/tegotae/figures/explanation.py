@@ -10,16 +10,8 @@ from matplotlib.figure import Figure
 
 from tegotae.analysis.explanation import Evaluated, Visits
 from tegotae.analysis.surface import Surface
-from tegotae.figures.cycles import phase_axis
-from tegotae.figures.style import (
-    COLOURS,
-    COLUMN_IN,
-    PAGE_IN,
-    SEQUENTIAL,
-    literal_text,
-    new_figure,
-    styled,
-)
+from tegotae.figures.cycles import draw_surface, phase_axis
+from tegotae.figures.style import COLOURS, COLUMN_IN, PAGE_IN, literal_text, new_figure, styled
 from tegotae.measures.statistics import Interval
 from tegotae.parts.maths import TWO_PI
 
@@ -112,20 +104,12 @@ def _density(axes: Axes, visited: Sequence[Visits]) -> None:
 
 
 def _force(figure: Figure, axes: Axes, surface: Surface, v: Visits) -> None:
-    """Draw the force over phase (or velocity) and spring force, with the gait on it."""
-    phase, forces = surface.phase_rad, surface.actuator_force_n
-    across = surface.velocity_m_per_s if phase is None else phase
-    mesh = axes.pcolormesh(
-        across, surface.spring_force_n, forces, cmap=SEQUENTIAL, vmin=0.0, rasterized=True
-    )
-    figure.colorbar(mesh, ax=axes, label="actuator force [N]")
-    if phase is not None:
+    """Draw the surface of the force, with the gait on it."""
+    mesh = draw_surface(axes, surface)
+    figure.colorbar(mesh, ax=axes, label="actuator force $F_a$ [N]")
+    if surface.phase_rad is not None:
         some = slice(None, None, max(1, len(v.load) // _DOTS))
         axes.plot(v.phase_rad[some], v.spring_force_n[some], ".", color=COLOURS[4], ms=1.5)
-        phase_axis(axes)
-    else:
-        axes.set_xlabel("velocity [m/s]")
-    axes.set_ylabel("spring force [N]")
 
 
 def _rates(axes: Axes, evaluated: Mapping[str, Evaluated]) -> None:

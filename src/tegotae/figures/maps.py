@@ -17,14 +17,7 @@ from matplotlib.patches import Patch
 
 from tegotae.analysis.maps import GainSweep, HopperBasin, locking_ratios
 from tegotae.figures.cycles import phase_axis
-from tegotae.figures.style import (
-    COLOURS,
-    COLUMN_IN,
-    SEQUENTIAL,
-    long_table,
-    new_figure,
-    styled,
-)
+from tegotae.figures.style import COLOURS, COLUMN_IN, SEQUENTIAL, long_table, new_figure, styled
 from tegotae.measures.hopping.metrics import AT_REST, FAILED, LIMIT_CYCLE, REGIMES, UNSETTLED
 from tegotae.parts._shapes import AnyArray
 from tegotae.training.scoring import VanillaSweep

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import io
 import warnings
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -73,13 +73,8 @@ def new_figure(width_in: float = COLUMN_IN, height_in: float = 2.4, **layout: An
     return _InlineFigure(figsize=(width_in, height_in), layout="constrained", **layout)
 
 
-@contextmanager
-def styled() -> Iterator[None]:
-    """Apply the package's style to the figures made and saved within, as a context or a
-    decorator.
-    """
-    with matplotlib.rc_context(STYLE):
-        yield
+styled = partial(matplotlib.rc_context, STYLE)
+"""Context or decorator that gives the package's style to the figures made and saved within."""
 
 
 def literal_text(name: str) -> str:

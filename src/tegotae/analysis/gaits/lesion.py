@@ -13,12 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 import pandas as pd
 
-from tegotae._support.errors import (
-    TegotaeError,
-    require_count,
-    require_finite,
-    require_known,
-)
+from tegotae._support.errors import TegotaeError, require_count, require_finite, require_known
 from tegotae._support.limits import MOST_M, MOST_SEEDS
 from tegotae.analysis.gaits.releases import gait_counts
 from tegotae.measures.gaits.lags import lag_difference, largest_drift, support_margin_m

@@ -12,12 +12,7 @@ import numpy as np
 import pandas as pd
 
 from tegotae._support.documents import Document
-from tegotae._support.errors import (
-    TegotaeError,
-    require_count,
-    require_finite,
-    require_known,
-)
+from tegotae._support.errors import TegotaeError, require_count, require_finite, require_known
 from tegotae._support.limits import MOST_GAIN, MOST_POINTS, MOST_RAD_PER_S, MOST_SEEDS
 from tegotae.analysis.gaits.releases import coordination_frame, gait_counts
 from tegotae.analysis.maps import axis
@@ -203,7 +198,8 @@ class GaitMap:
         it, and `fallen_share` of all starts fell. Over those that have it, lags are circular means,
         and other numbers medians.
         """
-        frame, lags = self.frame, [f"lag_cycles_{leg}" for leg in self.legged.names]
+        frame: Any = self.frame
+        lags = [f"lag_cycles_{leg}" for leg in self.legged.names]
         cell = np.arange(len(frame)) // self.grid("gait").shape[-1]
         modes = frame.groupby(cell)["gait"].agg(lambda names: names.mode()[0])
         has = frame["gait"] == modes.loc[cell].to_numpy()

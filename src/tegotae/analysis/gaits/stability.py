@@ -7,26 +7,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from tegotae._support.errors import (
-    TegotaeError,
-    require_count,
-    require_finite,
-    require_known,
-)
-from tegotae.analysis.gaits.map import (
-    OMEGA,
-    Axis,
-    Setting,
-    check_axis,
-    lanes_at,
-    settings,
-)
+from tegotae._support.errors import TegotaeError, require_count, require_finite, require_known
+from tegotae.analysis.gaits.map import OMEGA, Axis, Setting, check_axis, lanes_at, settings
 from tegotae.measures.gaits.lags import Sections
 from tegotae.measures.gaits.names import TOLERANCE, distance, patterns_for
 from tegotae.measures.statistics import UNDEFINED
@@ -144,8 +132,8 @@ class GaitStability:
             f"{gait} {'loses' if loses else 'gains'} its stability at {self.over.name} {at:.3g}"
             for gait, at, loses in self.crossings.itertuples(index=False)
         ]
-        ends = []
-        for gait, rows in self.frame[self.frame["refused"] == ""].groupby("gait", sort=False):
+        ends, frame = [], cast(Any, self.frame)
+        for gait, rows in frame[frame["refused"] == ""].groupby("gait", sort=False):
             values, stays = rows[self.over.name].to_numpy(), rows["stays"].to_numpy()
             for i in np.flatnonzero(np.diff(stays.astype(int))):
                 side = "below" if stays[i] else "above"

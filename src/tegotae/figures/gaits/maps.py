@@ -15,22 +15,10 @@ from matplotlib.patches import Patch
 from tegotae.analysis.gaits.map import NO_BODY, GaitMap
 from tegotae.analysis.gaits.releases import Releases
 from tegotae.analysis.gaits.stability import GaitStability
-from tegotae.figures.gaits.style import (
-    HATCHED,
-    HATCHES,
-    by_side,
-    gait_colour,
-    gait_marker,
-    label,
-)
+from tegotae.figures.gaits.style import HATCHED, HATCHES, by_side, gait_colour, gait_marker, label
 from tegotae.figures.maps import quantities
 from tegotae.figures.style import COLUMN_IN, PAGE_IN, new_figure, styled
-from tegotae.measures.gaits.names import (
-    AS_RELEASED,
-    NO_GAIT,
-    NOT_LOCKED,
-    STANDING,
-)
+from tegotae.measures.gaits.names import AS_RELEASED, NO_GAIT, NOT_LOCKED, STANDING
 from tegotae.systems.tuned import FORCED
 
 _PALE = 0.55
