@@ -105,7 +105,7 @@ def test_a_studys_folder_is_a_name_of_its_controllers(folder: Folder, tmp_path: 
         assert runs.experiment == record.experiment
         assert runs.labels == tuple(str(seed) for seed in record.configuration["seeds"])
         np.testing.assert_array_equal(runs.weights, record.weights)
-    with pytest.raises(TegotaeError, match=r"is a study of \d+ controllers, and one is asked for"):
+    with pytest.raises(TegotaeError, match=r"holds \d+ controllers; name a file of one"):
         resolve(folder.path).controller()
     for path in folder.records.iterdir():
         path.write_bytes(path.read_bytes()[:100])

@@ -79,10 +79,7 @@ def test_what_has_weights_is_a_controller(place, name, omega, limbs):
 
 
 def test_objects_of_a_users_file_mean_what_they_are(parts_file):
-    resolved = {
-        name: resolve(f"{parts_file}:{name}") for name in ("hopper", "training", "saved", "robot")
-    }
-    assert resolved["hopper"].body.limbs == 1
+    resolved = {name: resolve(f"{parts_file}:{name}") for name in ("training", "saved", "robot")}
     assert resolved["training"].experiment().name == "mine"
     assert resolved["saved"].controller().name == "saved"
     assert resolved["robot"].legs().names == ("H", "F")
@@ -99,7 +96,7 @@ def test_the_weights_of_a_model_are_in_the_folder_that_is_called_so(place):
 def test_a_folder_of_a_systems_name_leaves_it_what_it_is(place):
     (place / "quadruped-c").mkdir()
     (place / "paper").mkdir()
-    assert resolve("quadruped-c").body.limbs == 4
+    assert resolve("quadruped-c").controller().body.limbs == 4
     assert resolve("paper").controller().omega == 5.0
 
 
@@ -115,17 +112,16 @@ def test_the_gain_of_a_pure_v_model_is_found_by_search():
         ("ARTX", "controller", "no model or system is called 'ARTX'; did you mean ART"),
         ("quadruped-x", "legs", "is called 'quadruped-x'; did you mean quadruped-"),
         ("ART", "controller", "train it: tegotae train ART-rF-tphif-w8 --out FOLDER"),
-        ("ART", "legs", "a gait command on a one-legged body: a Hopper has one leg"),
+        ("paper", "legs", "a gait command on a one-legged body: a Hopper has one leg"),
         ("AR@quadruped-c", "legs", "first: tegotae train AR-rF@quadruped-c --out FOLDER"),
         ("runs", "controller", "runs holds 2 controllers; name one of them, such as runs/a.json"),
         ("quadruped-c", "experiment", "name terms upon it, such as AR@quadruped-c"),
         ("paper", "experiment", "paper is no experiment: it is a controller"),
         ("nowhere.json", "controller", "no controller file at nowhere.json"),
-        ("OWN:hopper", "controller", "is a System, which has no weights"),
-        ("OWN:hopper", "experiment", "it is a System, which does not say what is to be trained"),
+        ("OWN:hopper", "controller", "is no controller or experiment: it is a System"),
         ("OWN:several", "experiment", "holds 2 experiments; name one"),
         ("OWN:training", "controller", "first: tegotae train"),
-        ("OWN:wrong", "controller", "is no system: it is a int"),
+        ("OWN:wrong", "controller", "is no controller or experiment: it is a int"),
     ],
 )
 def test_what_a_question_cannot_use_is_refused_in_one_line(

@@ -12,8 +12,8 @@ A name is one of
 - a walker of a kept front: `front:quadruped-c/0.4`;
 - a controller file (.json), a folder of them, or a study's folder;
 - a file (.json) of documents of experiments, such as a study's;
-- `FILE.py:OBJECT` or `MODULE:OBJECT`: a System, an Experiment or a list of them, a SavedController
-  or a Legged.
+- `FILE.py:OBJECT` or `MODULE:OBJECT`: an Experiment or a list of them, a SavedController or a
+  Legged.
 
 A folder that is called as a recipe is, and holds controllers, has their weights.
 """
@@ -36,7 +36,6 @@ from tegotae._support import documents
 from tegotae._support.documents import DamagedDocumentError, Json, JsonObject
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae._support.files import require_short
-from tegotae.parts.bodies import Body, Interface
 from tegotae.parts.oscillators import PHASE
 from tegotae.systems import controller_file, zoo
 from tegotae.systems.controller_file import (
@@ -47,11 +46,10 @@ from tegotae.systems.controller_file import (
 )
 from tegotae.systems.env_documents import is_robot_file, robot_document
 from tegotae.systems.experiment import Experiment
-from tegotae.systems.legged import Legged, require_legs, settling
+from tegotae.systems.legged import Legged, settling
 from tegotae.systems.parts_by_name import oscillator_called
 from tegotae.systems.recipe import architectures, find_recipe, study_recipes
 from tegotae.systems.registry import is_reference, load_object
-from tegotae.systems.system import System
 from tegotae.systems.term_sets import BUDGET, LAWS
 from tegotae.systems.tuned import front_walker, is_front_name
 from tegotae.systems.vanilla import PRESETS, SYSTEMS, is_walker_file, legged_named, preset
@@ -59,18 +57,13 @@ from tegotae.systems.zoo import is_zoo_name
 
 
 class Resolved(ABC):
-    """Meaning of a name: one of `Trained`, `Untrained` and `Bare`.
+    """Meaning of a name: `Trained` or `Untrained`.
 
     Args:
         name: as it was given.
     """
 
     name: str
-
-    @property
-    @abstractmethod
-    def body(self) -> Body | Interface:
-        """The body, or the interface of limbs elsewhere; of several systems that of the first."""
 
     @abstractmethod
     def weighted(self) -> tuple[tuple[Path, SavedController], ...]:
@@ -95,16 +88,9 @@ class Resolved(ABC):
             TegotaeError: if there is none, or there are several.
         """
         (path, saved), *further = self.weighted()
-        if further and path.suffix == ".npz":
-            raise TegotaeError(
-                f"{self.name} is a study of {1 + len(further)} controllers, and one is asked for; "
-                "name a file of one"
-            )
         if further:
-            raise TegotaeError(
-                f"{self.name} holds {1 + len(further)} controllers; name one of them, such as "
-                f"{path}"
-            )
+            such = "a file of one" if path.suffix == ".npz" else f"one of them, such as {path}"
+            raise TegotaeError(f"{self.name} holds {1 + len(further)} controllers; name {such}")
         return saved
 
     def legs(self) -> Legged:
@@ -114,7 +100,6 @@ class Resolved(ABC):
         Raises:
             TegotaeError: if it has one leg, no weights, or several.
         """
-        require_legs(self.body)
         saved = self.controller()
         return settling(saved.system, saved.weights, saved.name or Path(self.name).stem)
 
@@ -133,11 +118,6 @@ class Trained(Resolved):
     controllers: tuple[tuple[Path, SavedController], ...]
     legged: Legged | None = None
 
-    @property
-    def body(self) -> Body | Interface:
-        """The body of the first controller."""
-        return self.controllers[0][1].system.body
-
     def weighted(self) -> tuple[tuple[Path, SavedController], ...]:
         """Return the controllers."""
         return self.controllers
@@ -149,7 +129,10 @@ class Trained(Resolved):
         if first is not None and all(experiment == first for experiment in trained):
             return first
         if self.legged is None:
-            raise _no_experiment(self.name, "controller")
+            raise TegotaeError(
+                f"{self.name} is no experiment: it is a controller, which does not say what is to "
+                "be trained; name a model such as ART, or an Experiment, FILE.py:OBJECT"
+            )
         raise TegotaeError(
             f"{self.name} is no experiment: it is a legged system, which has nothing to learn; "
             f"name terms upon it, such as AR@{self.name}"
@@ -172,11 +155,6 @@ class Untrained(Resolved):
     name: str
     experiments: tuple[Experiment, ...]
 
-    @property
-    def body(self) -> Body | Interface:
-        """The body of the first controller."""
-        return self.experiments[0].system.body
-
     def weighted(self) -> tuple[tuple[Path, SavedController], ...]:
         """Raise `TegotaeError`, and name what has weights."""
         name = self.experiments[0].name
@@ -197,43 +175,7 @@ class Untrained(Resolved):
         return first
 
 
-@dataclass(frozen=True)
-class Bare(Resolved):
-    """A user's System alone, which has no weights and no training.
-
-    Args:
-        name: as it was given.
-        system: the system.
-    """
-
-    name: str
-    system: System
-
-    @property
-    def body(self) -> Body | Interface:
-        """The system's body."""
-        return self.system.body
-
-    def weighted(self) -> tuple[tuple[Path, SavedController], ...]:
-        """Raise `TegotaeError`, and name what has weights."""
-        raise TegotaeError(
-            f"{self.name} is a System, which has no weights; make a SavedController or a Legged "
-            "of it, which has"
-        )
-
-    def experiment(self) -> Experiment:
-        """Raise `TegotaeError`, and name what is an experiment."""
-        raise _no_experiment(self.name, "System")
-
-
-def _no_experiment(name: str, kind: str) -> TegotaeError:
-    return TegotaeError(
-        f"{name} is no experiment: it is a {kind}, which does not say what is to be trained; name "
-        "a model such as ART, or an Experiment, FILE.py:OBJECT"
-    )
-
-
-def resolve(name: str | Path | Named) -> Trained | Untrained | Bare:
+def resolve(name: str | Path | Named) -> Trained | Untrained:
     """Resolve a name.
 
     Args:
@@ -272,7 +214,7 @@ def resolve(name: str | Path | Named) -> Trained | Untrained | Bare:
     if is_vanilla(name) and not path.exists():
         return _from_object(name, vanilla(name))
     if is_reference(name):
-        return _from_object(name, load_object(name, _KINDS, "system"))
+        return _from_object(name, load_object(name, _KINDS, "controller or experiment"))
     require_short(path)
     if path.is_dir():
         return _from_folder(name, path)
@@ -381,20 +323,18 @@ def vanilla(name: str) -> SavedController:
     return SavedController(source.system(actuation or source.actuation, oscillator), weights, name)
 
 
-Named = SavedController | Experiment | System | Legged | Sequence[Experiment]
+Named = SavedController | Experiment | Legged | Sequence[Experiment]
 """Objects that a name in a user's own file can refer to."""
-_KINDS = (SavedController, Experiment, System, Legged, list, tuple)
+_KINDS = (SavedController, Experiment, Legged, list, tuple)
 
 
-def _from_object(name: str, value: object) -> Trained | Untrained | Bare:
+def _from_object(name: str, value: object) -> Trained | Untrained:
     if isinstance(value, Legged):
         saved = SavedController(value.system, np.array(value.weights), name)
         return Trained(name, ((Path(name), saved),), value)
     if isinstance(value, SavedController):
         value = dataclasses.replace(value, name=value.name or name.rpartition(":")[2])
         return Trained(name, ((Path(name), value),))
-    if isinstance(value, System):
-        return Bare(name, value)
     experiments: list[Experiment] = []
     for item in [value] if isinstance(value, Experiment) else cast(Iterable[object], value):
         if not isinstance(item, Experiment):
@@ -405,7 +345,7 @@ def _from_object(name: str, value: object) -> Trained | Untrained | Bare:
     return Untrained(name, tuple(experiments))
 
 
-def _from_robot(name: str, law: str, robot: str) -> Trained | Untrained | Bare:
+def _from_robot(name: str, law: str, robot: str) -> Trained | Untrained:
     """Return a controller from elsewhere on a robot; a package above this one reads its file."""
     saved = dataclasses.replace(resolve(law), name=name).controller()
     transfer = importlib.import_module("tegotae.training.environments.transfer")
@@ -420,7 +360,7 @@ def _from_zoo(name: str) -> Trained:
     return Trained(name, tuple(controllers))
 
 
-def _from_folder(name: str, folder: Path) -> Trained | Untrained | Bare:
+def _from_folder(name: str, folder: Path) -> Trained | Untrained:
     if is_study(folder):
         return Trained(name, controllers_of_study(folder))
     if controllers := _controllers_in(folder):
