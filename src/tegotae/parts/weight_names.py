@@ -1,11 +1,16 @@
-"""Names of weights: what each trained number of a controller is, as in its file and in C."""
+"""Weights of parts, and what each is called: in a controller file and in C."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import cast
 
+import jax
+import jax.numpy as jnp
+
 from tegotae._support.documents import DamagedDocumentError, Json
+from tegotae.parts._shapes import WeightVector
+from tegotae.parts.parameters import Part
 
 WeightName = tuple[str | int, ...]
 """Path of a weight: names, and indices from 0, such as ("neuron", 2, "bias")."""
@@ -17,6 +22,27 @@ _Tree = dict[str | int, object]
 def numbered(count: int) -> tuple[WeightName, ...]:
     """Return the names for weights that have none: ("weight", 0), ("weight", 1) ..."""
     return tuple(("weight", i) for i in range(count))
+
+
+class Weighted(Part):
+    """A part with weights of its own, which are trained."""
+
+    WEIGHTS: tuple[str, ...] = ()
+    """Names of its weights, where they are always the same."""
+
+    @property
+    def n_weights(self) -> int:
+        """Number of trained parameters."""
+        return len(self.WEIGHTS)
+
+    @property
+    def weight_names(self) -> tuple[WeightName, ...]:
+        """Names of the weights, in a controller file and in C; numbers by default."""
+        return tuple((name,) for name in self.WEIGHTS) or numbered(self.n_weights)
+
+    def initial(self, key: jax.Array) -> WeightVector:
+        """Return random weights to start training from, shape [n_weights]."""
+        return jnp.zeros((self.n_weights,))
 
 
 def inside(prefix: WeightName, paths: Sequence[WeightName]) -> tuple[WeightName, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -21,8 +22,9 @@ from tegotae.parts._shapes import (
     Scalar,
     StateTree,
 )
+from tegotae.parts.bodies.frame import LARGEST_TURN_RAD
 from tegotae.parts.channels import FORCE, Channel
-from tegotae.parts.parameters import STATIC, Part, positive, traceable, whole
+from tegotae.parts.parameters import STATIC, Part, not_negative, positive, traceable, whole
 
 T = TypeVar("T")
 
@@ -87,6 +89,8 @@ class Body(Part, ABC):
     """Names of what `sense` returns; a controller that reads another name is refused."""
     COMMANDS: tuple[str, ...] = FORCE
     """Commands of the actuators: a force, unless stated otherwise (`Actuation.COMMANDS`)."""
+    LARGEST_TURN_RAD: ClassVar[float] = LARGEST_TURN_RAD
+    """Its fastest rate times the control period [rad] that is accepted."""
 
     max_force_n: float
     """Largest actuator force α [N]: a field of every body."""
@@ -124,6 +128,18 @@ class Body(Part, ABC):
         """Names of the release's entries beside height and velocity (`Scenario.initial_pose`)."""
         return tuple(inspect.signature(self.release).parameters)[2:]
 
+    @property
+    def fastest_rad_per_s(self) -> float:
+        """Bound of the rates of its motion [rad/s], which a control period must resolve; 0 if any
+        period does."""
+        return 0.0
+
+    @property
+    def longest_tick_s(self) -> float:
+        """The longest control period that resolves its motion [s]."""
+        fastest = self.fastest_rad_per_s
+        return self.LARGEST_TURN_RAD / fastest if fastest > 0.0 else math.inf
+
     def check_tick(self, tick_s: float) -> None:
         """Check that a control period suits the body.
 
@@ -133,6 +149,12 @@ class Body(Part, ABC):
         Raises:
             TegotaeError: for one that is too long.
         """
+        if tick_s > self.longest_tick_s:
+            raise TegotaeError(
+                f"the control tick of {tick_s:g} s is too long for this "
+                f"{type(self).__name__.lower()}, whose stance has a rate of "
+                f"{self.fastest_rad_per_s:.3g} rad/s; use at most {self.longest_tick_s:.2g} s"
+            )
 
     def check_release(self, height_m: float) -> None:
         """Check that the body can hop after a release at rest.
@@ -255,6 +277,29 @@ class Body(Part, ABC):
         Returns:
             The energy, [lanes].
         """
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpringLegs(Body):
+    """A body on legs with springs, dampers and actuators that push, as the paper's hopper has."""
+
+    mass_kg: float = positive(0.1)
+    """Mass on each leg m [kg]."""
+    stiffness_n_per_m: float = positive(5.0)
+    """Spring stiffness of a leg k [N/m]."""
+    damping_ns_per_m: float = not_negative(0.2)
+    """Damping of a leg c [N s/m], in stance."""
+    rest_length_m: float = positive(1.0)
+    """Rest length of a leg l0 [m]."""
+    gravity_m_per_s2: float = positive(9.81)
+    """Gravity g [m/s²]."""
+    max_force_n: float = positive(4.0)
+    """Largest force of an actuator α [N]."""
+
+    @property
+    def rate_scale(self) -> jax.Array:
+        """√(g / l0) [rad/s]."""
+        return jnp.sqrt(self.gravity_m_per_s2 / self.rest_length_m)
 
 
 def for_limbs(of_body: T) -> T:

@@ -15,16 +15,15 @@ from tegotae._support.documents import later
 from tegotae._support.errors import TegotaeError
 from tegotae._support.transforms import cond
 from tegotae.parts._shapes import Number
-from tegotae.parts.bodies.base import Body, Contact, Push, Sensation
+from tegotae.parts.bodies.base import Contact, Push, Sensation, SpringLegs
 from tegotae.parts.bodies.frame import (
-    LARGEST_TURN_RAD,
     ORDER,
     Law,
     Motion,
     crossing_time,
     rise,
 )
-from tegotae.parts.parameters import not_negative, positive, traceable
+from tegotae.parts.parameters import not_negative, traceable
 
 _DEPTHS = 256
 """Depths at which a spring's law is tabulated."""
@@ -42,7 +41,7 @@ class HopperState(NamedTuple):
 
 @traceable
 @dataclass(frozen=True, kw_only=True)
-class Hopper(Body):
+class Hopper(SpringLegs):
     """One-legged hopper, hopping on the spot (paper III-B, equations 8-10).
 
     Stance iff `y < l0 + h`, with the ground at height h; there
@@ -69,18 +68,6 @@ class Hopper(Body):
 
     SENSES = ("spring_force", "velocity", "height")
 
-    mass_kg: float = positive(0.1)
-    """Mass m [kg]."""
-    stiffness_n_per_m: float = positive(5.0)
-    """Spring stiffness k [N/m]."""
-    damping_ns_per_m: float = not_negative(0.2)
-    """Leg damping c [N s/m], in stance."""
-    rest_length_m: float = positive(1.0)
-    """Rest length of the leg l0 [m]."""
-    gravity_m_per_s2: float = positive(9.81)
-    """Gravity g [m/s²]."""
-    max_force_n: float = positive(4.0)
-    """Largest actuator force α [N]."""
     flight_damping_ns_per_m: float = not_negative(0.0)
     """Damping of the body in flight [N s/m]; 0 in the paper."""
     leg_friction_n: float = later(not_negative(0.0))
@@ -150,18 +137,9 @@ class Hopper(Body):
         return float((np.diff(force_n) / np.diff(depth_m)).max() / self.mass_kg) ** 0.5
 
     @property
-    def rate_scale(self) -> jax.Array:
-        """√(g / l0) [rad/s]."""
-        return jnp.sqrt(self.gravity_m_per_s2 / self.rest_length_m)
-
-    def check_tick(self, tick_s: float) -> None:
-        """Raise `TegotaeError` if a control tick is too long for the exact advance of stance."""
-        fastest = max(self.natural_frequency_rad_per_s, self.damping_ns_per_m / self.mass_kg)
-        if fastest * tick_s > LARGEST_TURN_RAD:
-            raise TegotaeError(
-                f"the control tick of {tick_s:g} s is too long for this hopper, whose stance has a "
-                f"rate of {fastest:g} rad/s; use at most {LARGEST_TURN_RAD / fastest:.2g} s"
-            )
+    def fastest_rad_per_s(self) -> float:
+        """The faster of the rates of stance and of its damping [rad/s]."""
+        return max(self.natural_frequency_rad_per_s, self.damping_ns_per_m / self.mass_kg)
 
     def check_release(self, height_m: float) -> None:
         """Raise `TegotaeError` if, released at rest from this height [m], it can never hop.
@@ -180,39 +158,20 @@ class Hopper(Body):
                 f"released from {height_m:g} m this hopper does not fall onto its leg, which is "
                 f"{self.rest_length_m:g} m long; release it from there or higher"
             )
-        depth = self._landing_depth_m(height_m)
-        if depth >= self.rest_length_m:
+        if self._landing_depth_m(height_m) >= self.rest_length_m:
             raise TegotaeError(
-                f"released from {height_m:g} m this hopper breaks its leg: the landing presses it "
-                f"by {depth:.3g} m even at full push, and it is {self.rest_length_m:g} m long"
+                f"released from {height_m:g} m this hopper breaks its leg: even at full push the "
+                f"landing presses it to nothing, and it is {self.rest_length_m:g} m long"
             )
 
     def _landing_depth_m(self, height_m: float) -> float:
         """Return the largest compression of the leg at full push in the first landing after a
-        release at rest [m]."""
-        mass, rate = self.mass_kg, self.natural_frequency_rad_per_s
-        sag = (self.weight_n - self.max_force_n) / mass / rate**2  # above the rest length, here
-        speed = math.sqrt(2.0 * self.gravity_m_per_s2 * (height_m - self.rest_length_m))
-        if not self.is_linear:
-            return self._integrated_depth_m(speed)
-        undamped = sag + math.hypot(sag, speed / rate)
-        if undamped < self.rest_length_m:
-            return undamped
-        # The deepest point of d̈ = g - α/m - (c/m) ḋ - (k/m) d comes within an undamped turn.
-        time = np.linspace(0.0, 2.0 * math.pi / rate, 2001)
-        roots = np.roots([1.0, self.damping_ns_per_m / mass, rate**2]).astype(complex)
-        if abs(roots[0] - roots[1]) < 1e-6 * rate:
-            roots[1] += 1e-6 * rate
-        b = (speed + roots[0] * sag) / (roots[1] - roots[0])
-        depth = sag + (-sag - b) * np.exp(roots[0] * time) + b * np.exp(roots[1] * time)
-        return float(depth.real.max())
-
-    def _integrated_depth_m(self, speed_m_per_s: float) -> float:
-        """Return the depth by which a landing at this speed presses a leg at full push [m]: m ẏ² /
-        2 has gone into spring, damper and actuator there; l0 where it does not."""
+        release at rest [m]: m ẏ² / 2 has gone into spring, damper and actuator there; l0 where it
+        does not."""
         depth_m, force_n = self._tabulated
         between_n = 0.5 * (force_n[1:] + force_n[:-1])
-        step_m, square = float(depth_m[1]), speed_m_per_s**2
+        step_m = float(depth_m[1])
+        square = 2.0 * self.gravity_m_per_s2 * (height_m - self.rest_length_m)
         for begin_m, spring_n in zip(depth_m[:-1].tolist(), between_n.tolist(), strict=True):
             previous, current = square, square
             for _ in range(2):  # Heun's method

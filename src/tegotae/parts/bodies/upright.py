@@ -11,9 +11,8 @@ import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError
 from tegotae.parts._shapes import Number, PerLane
-from tegotae.parts.bodies.base import Body, Contact, Push, Sensation
+from tegotae.parts.bodies.base import Contact, Push, Sensation, SpringLegs
 from tegotae.parts.bodies.frame import (
-    LARGEST_TURN_RAD,
     FrameModes,
     Law,
     Motion,
@@ -25,7 +24,7 @@ from tegotae.parts.bodies.frame import (
 )
 from tegotae.parts.bodies.hopper import Hopper
 from tegotae.parts.channels import Channel, RecordedFrame, State
-from tegotae.parts.parameters import not_negative, numbers, positive
+from tegotae.parts.parameters import numbers
 
 
 class UprightState(NamedTuple):
@@ -69,7 +68,7 @@ class _At(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Upright(Body):
+class Upright(SpringLegs):
     """The paper's hopper legs, upright under a rigid frame that heaves and turns.
 
     Hip i is at height `y_i = y + Σ x_i q` over the frame's turns q. In stance, y_i < l0 + h,
@@ -83,18 +82,6 @@ class Upright(Body):
     A body is a subclass with fields of its own, that names its `turns`.
     """
 
-    mass_kg: float = positive(0.1)
-    """Mass of the frame per leg m [kg]."""
-    stiffness_n_per_m: float = positive(5.0)
-    """Spring stiffness of a leg k [N/m]."""
-    damping_ns_per_m: float = not_negative(0.2)
-    """Damping of a leg c [N s/m], in stance."""
-    rest_length_m: float = positive(1.0)
-    """Rest length of a leg l0 [m]."""
-    gravity_m_per_s2: float = positive(9.81)
-    """Gravity g [m/s²]."""
-    max_force_n: float = positive(4.0)
-    """Largest force of an actuator α [N]."""
     present: tuple[float, ...] | None = numbers(None)
     """1 for each leg that is there, 0 for one that is lost and bears nothing; None if none can
     be lost."""
@@ -113,11 +100,6 @@ class Upright(Body):
     def total_mass_kg(self) -> float:
         """n m [kg]."""
         return self.limbs * self.mass_kg
-
-    @property
-    def rate_scale(self) -> jax.Array:
-        """√(g / l0) [rad/s]."""
-        return jnp.sqrt(self.gravity_m_per_s2 / self.rest_length_m)
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -141,8 +123,9 @@ class Upright(Body):
         turning = tuple(channel for pair in angles for channel in pair)
         return (*turning, State("hip_m", "Height of the hip y_i [m], a limb.", _hips))
 
-    def check_tick(self, tick_s: float) -> None:
-        """Raise `TegotaeError` if a control tick is too long for the series within it."""
+    @property
+    def fastest_rad_per_s(self) -> float:
+        """Bound of the rates of stance [rad/s]."""
         # No rate of all legs on the ground is above that of one whose hip yields the most.
         yields = max(
             1.0 + sum(t.arms_m[leg] ** 2 / (t.inertia_ratio * t.reach_m**2) for t in self.turns)
@@ -152,24 +135,17 @@ class Upright(Body):
             t.stiffness_nm_per_rad / (t.inertia_ratio * self.total_mass_kg * t.reach_m**2)
             for t in self.turns
         )
-        fastest = max(
+        return max(
             float(yields * self.stiffness_n_per_m / self.mass_kg + springs) ** 0.5,
             yields * self.damping_ns_per_m / self.mass_kg,
         )
-        if fastest * tick_s > LARGEST_TURN_RAD:
-            raise TegotaeError(
-                f"the control tick of {tick_s:g} s is too long for this "
-                f"{type(self).__name__.lower()}, whose stance has a rate of {fastest:g} rad/s; use "
-                f"at most {LARGEST_TURN_RAD / fastest:.2g} s"
-            )
 
     def check_release(self, height_m: float) -> None:
         """Raise `TegotaeError` if, released level and at rest from this height [m], it cannot hop.
 
         Level, with all legs alike, every leg with its share of the mass is a hopper.
         """
-        names = [field.name for field in fields(Upright) if field.name != "present"]
-        leg = Hopper(**{name: getattr(self, name) for name in names})
+        leg = Hopper(**{field.name: getattr(self, field.name) for field in fields(SpringLegs)})
         try:
             leg.check_release(height_m)
         except TegotaeError as error:

@@ -12,16 +12,15 @@ import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError
 from tegotae.parts import maths
-from tegotae.parts._shapes import PerLimb, StateTree, Weights, WeightVector
+from tegotae.parts._shapes import PerLimb, StateTree, Weights
 from tegotae.parts.channels import Channel, Latest, RecordedFrame, State, Tick
-from tegotae.parts.parameters import Part
-from tegotae.parts.weight_names import WeightName, numbered
+from tegotae.parts.weight_names import Weighted
 
 _MOST_DECAY_PER_TICK = 0.3
 """Decay of an oscillator's state over a tick up to which the integrators follow it well."""
 
 
-class Oscillator(Part, ABC):
+class Oscillator(Weighted, ABC):
     """A rhythm generator: a frozen dataclass without state of its own.
 
     Its state is a pytree of arrays (a NamedTuple, say), passed in and out; every method is
@@ -54,20 +53,6 @@ class Oscillator(Part, ABC):
                 for n in names
             ),
         )
-
-    @property
-    def n_weights(self) -> int:
-        """Number of trained parameters of the oscillator."""
-        return 0
-
-    @property
-    def weight_names(self) -> tuple[WeightName, ...]:
-        """Names of the weights, in a controller file and in C; numbers by default."""
-        return numbered(self.n_weights)
-
-    def initial(self, key: jax.Array) -> WeightVector:
-        """Return random weights to start training from, shape [n_weights]."""
-        return jnp.zeros((self.n_weights,))
 
     @abstractmethod
     def start(self, phase_rad: PerLimb) -> StateTree:

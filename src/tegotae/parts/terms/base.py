@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 import jax
 import jax.numpy as jnp
 
-from tegotae.parts._shapes import Number, PerCommand, PerLimb, Weights, WeightVector
+from tegotae.parts._shapes import Number, PerCommand, PerLimb, Weights
 from tegotae.parts.maths import sin_cos
-from tegotae.parts.parameters import Part, positive
-from tegotae.parts.weight_names import WeightName, numbered
+from tegotae.parts.parameters import positive
+from tegotae.parts.weight_names import Weighted
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Signals:
         return Signals({**self.values, **values}, scales)
 
 
-class Term(Part, ABC):
+class Term(Weighted, ABC):
     """One of A′, R, G or T: a frozen dataclass, called with its weights and the signals.
 
     A new term is a subclass with `reads`, `n_weights`, `initial` and `__call__`, and with
@@ -65,27 +65,11 @@ class Term(Part, ABC):
 
     READS: tuple[str, ...] = ()
     """Result of `reads`, where it is constant."""
-    WEIGHTS: tuple[str, ...] = ()
-    """Names of its weights, where they are always the same."""
 
     @property
     def reads(self) -> tuple[str, ...]:
         """Names of the signals that the term reads."""
         return self.READS
-
-    @property
-    def n_weights(self) -> int:
-        """Number of trained parameters of the term."""
-        return len(self.WEIGHTS)
-
-    @property
-    def weight_names(self) -> tuple[WeightName, ...]:
-        """Names of the weights, in a controller file and in C; numbers by default."""
-        return tuple((name,) for name in self.WEIGHTS) or numbered(self.n_weights)
-
-    def initial(self, key: jax.Array) -> WeightVector:
-        """Return random weights to start training from, shape [n_weights]."""
-        return jnp.zeros((self.n_weights,))
 
     @abstractmethod
     def __call__(self, weights: Weights, signals: Signals) -> PerCommand:

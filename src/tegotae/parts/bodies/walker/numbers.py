@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -13,10 +14,6 @@ from tegotae.parts.bodies.base import require_present
 from tegotae.parts.parameters import Part, a_part, finite, not_negative, numbers, positive
 from tegotae.parts.terrains import A_TERRAIN, Flat, Terrain
 
-_LARGEST_STEP = 0.5
-"""Rate of the stiffest motion times the tick [rad] that is accepted. Up to here lags, speed and
-cost of transport hold within one per cent; where the stiffest motion is a damped one they would
-for longer ticks, too (docs/studies/legs_validation.md)."""
 LOWEST_SHARE = 0.3
 """Share of its height on legs of full length below which a centre of mass has fallen."""
 
@@ -27,6 +24,11 @@ class WalkerNumbers(Part):
 
     Defaults are the dimensionless quadruped C (l0 = m = g = 1).
     """
+
+    LARGEST_TURN_RAD: ClassVar[float] = 0.5
+    """Rate of the stiffest motion times the tick [rad] that is accepted. Up to here lags, speed and
+    cost of transport hold within one per cent; where the stiffest motion is a damped one they would
+    for longer ticks, too (docs/studies/legs_validation.md)."""
 
     hips_x_m: tuple[float, ...] = numbers((0.85, 0.85, -0.85, -0.85))
     """Positions of the hips forward of the middle of the torso [m]."""
@@ -157,22 +159,8 @@ class WalkerNumbers(Part):
         sag = self.weight_n / (sum(self.present) * self.stiffness_z_n_per_m)
         return self.rest_length_m + self.com_z_m - sag
 
-    def check_tick(self, tick_s: float) -> None:
-        """Raise `TegotaeError` if a control tick is too long for the legs' springs and dampers."""
-        if tick_s > self.longest_tick_s:
-            raise TegotaeError(
-                f"the control tick of {tick_s:g} s is too long for this walker, whose stance has a "
-                f"rate of {self._fastest_rad_per_s:.3g} rad/s; use at most "
-                f"{self.longest_tick_s:.2g} s"
-            )
-
     @property
-    def longest_tick_s(self) -> float:
-        """The longest control tick that resolves the springs and dampers of stance [s]."""
-        return _LARGEST_STEP / self._fastest_rad_per_s
-
-    @property
-    def _fastest_rad_per_s(self) -> float:
+    def fastest_rad_per_s(self) -> float:
         """A bound of the rates of stance: all legs on the ground, each mode by itself."""
         reach_x = max(abs(x - self.com_x_m) for x in self.hips_x_m)
         reach_y = max(abs(y - self.com_y_m) for y in self.hips_y_m)
