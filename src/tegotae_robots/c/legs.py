@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -31,68 +31,44 @@ def leg_pieces(legs: LegKinematics) -> list[Piece]:
     from tegotae.envs.mujoco.chains import Chains, borne, direct, has_closed_form, nearer
 
     reader, n = CReader(), legs.joints.shape[1]
-    numbers = {name: f"leg->{name}[{{}}]" for name in ("slides", "foot", "low", "high")}
-    triples = {name: f"leg->{name}[{{}}][{{}}]" for name in ("axis", "anchor")}
-    geometry = {
-        name: [text.format(i) for i in range(3 if name == "foot" else n)]
-        for name, text in numbers.items()
-    } | {
-        name: [text.format(k, i) for k in range(n) for i in range(3)]
-        for name, text in triples.items()
-    }
+    shapes = {"axis": (n, 3), "anchor": (n, 3), "foot": (3,)}
+    shapes |= dict.fromkeys(("slides", "low", "high"), (n,))
+    vectors = {"wanted": 3, "moved": n, "torque": n}
 
-    def chains(geometry: Mapping[str, Sequence[jax.Array]]) -> Chains:
-        rows = {name: jnp.stack(texts).reshape(1, -1) for name, texts in geometry.items()}
-        fields: Any = rows | {name: rows[name].reshape(1, n, 3) for name in triples}
-        return Chains(**fields)
+    def texts(name: str, shape: tuple[int, ...]) -> list[str]:
+        return [name + "".join(f"[{i}]" for i in index) for index in np.ndindex(shape)]
 
-    def of_leg(array: Sequence[jax.Array]) -> list[jax.Array]:
-        return [x[:, None] for x in array]
+    def piece(
+        name: str,
+        function: Callable[..., Any],
+        arguments: tuple[str, str] | tuple[str],
+        results: Sequence[str],
+        comment: str,
+    ) -> Piece:
+        def evaluate(geometry: Mapping[str, Sequence[jax.Array]], **values: Any) -> Any:
+            rows: Any = {k: jnp.stack(x).reshape(1, *shapes[k]) for k, x in geometry.items()}
+            return function(Chains(**rows), *([x[:, None] for x in values[k]] for k in arguments))
 
-    def closed(geometry: Any, wanted: Any) -> list[jax.Array]:
-        found, there = direct(chains(geometry), of_leg(wanted))
+        geometry = {name: texts(f"leg->{name}", shape) for name, shape in shapes.items()}
+        given = {k: texts(k, (vectors[k],)) for k in arguments}
+        return traced(reader, name, evaluate, results, comment, geometry=geometry, **given)
+
+    def closed(chains: Chains, wanted: Any) -> list[jax.Array]:
+        found, there = direct(chains, wanted)
         return [*found, there]
 
-    def step(geometry: Any, wanted: Any, moved: Any) -> list[jax.Array]:
-        return nearer(chains(geometry), of_leg(wanted), of_leg(moved))
+    def load(*state: Any) -> jax.Array:
+        return borne(*state)[2]
 
-    def load(geometry: Any, moved: Any, torque: Any) -> jax.Array:
-        return borne(chains(geometry), of_leg(moved), of_leg(torque))[2]
-
-    def indexed(name: str, count: int) -> list[str]:
-        return [f"{name}[{i}]" for i in range(count)]
-
-    moved, torque = indexed("moved", n), indexed("torque", n)
-    comment = "Joints one step nearer to where they put the foot: damped least squares."
-    results = [f"joint_{k}" for k in range(n)]
-    wanted = indexed("wanted", 3)
-
-    def in_closed_form() -> Piece:
-        return traced(
-            reader,
-            "direct",
-            closed,
-            [*results, "there"],
-            "Joints in closed form, and 1 if they need no further step.",
-            geometry=geometry,
-            wanted=wanted,
-        )
-
+    joints = [f"joint_{k}" for k in range(n)]
+    in_closed_form = "Joints in closed form, and 1 if they need no further step."
+    step = "Joints one step nearer to where they put the foot: damped least squares."
+    upward = "The ground's upward force on the foot, that holds a leg without mass."
+    start = ("direct", closed, ("wanted",), [*joints, "there"], in_closed_form)
     return [
-        *([in_closed_form()] if has_closed_form(legs.chains) else []),
-        traced(
-            reader, "nearer", step, results, comment, geometry=geometry, wanted=wanted, moved=moved
-        ),
-        traced(
-            reader,
-            "load",
-            load,
-            ["upward"],
-            "The ground's upward force on the foot, that holds a leg without mass.",
-            geometry=geometry,
-            moved=moved,
-            torque=torque,
-        ),
+        *([piece(*start)] if has_closed_form(legs.chains) else []),
+        piece("nearer", nearer, ("wanted", "moved"), joints, step),
+        piece("load", load, ("moved", "torque"), ["upward"], upward),
     ]
 
 
