@@ -101,7 +101,7 @@ UNKNOWN = {
     "train nowhere.py:experiment": "there is no file nowhere.py",
     "train no_such_module:experiment": "there is no module no_such_module",
     f"train {USERS}:experimnt": "did you mean experiment",
-    f"train {USERS}:Height": "is no system: it is a Height, no ",
+    f"train {USERS}:Height": "is no controller or experiment: it is a Height, no ",
     f"train {USERS}:experiment --body {USERS}:Height": "is no body: ",
     f"train ART --algorithm {USERS}:Height": "is no algorithm: ",
     "train --parts": "--parts names no file",
