@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError
-from tegotae.measures.hopping.recording import SURE, noise_std
+from tegotae.measures.hopping.recording import SURE, check_increasing, noise_std
 
 MOST_PERIODS = 5
 """Longest time without a sample, in sampling periods."""
@@ -41,7 +41,8 @@ def check_plausible(samples: pd.DataFrame) -> None:
         >>> check_plausible(pd.DataFrame({"time_s": time_s, "height_m": height_m}))
     """
     time_s = samples["time_s"].to_numpy(float)
-    _check_times(time_s)
+    if np.isfinite(time_s).all():
+        check_increasing(time_s)
     if "ground_m" not in samples:
         _check_upwards(samples["height_m"].to_numpy(float))
     for name, cells in samples.items():
@@ -149,17 +150,6 @@ def _check_upwards(over_ground_m: np.ndarray) -> None:
         raise TegotaeError(
             f"the height over ground is {median:.4g} m in the median: it points downwards, or has "
             "another zero; --columns height=-COLUMN[UNIT] turns it round"
-        )
-
-
-def _check_times(time_s: np.ndarray) -> None:
-    increase = np.diff(time_s) > 0.0
-    if np.isfinite(time_s).all() and not increase.all():
-        row = int(np.argmin(increase))
-        raise TegotaeError(
-            f"the times do not increase: {time_s[row]:.6g} s at sample {row}, and "
-            f"{time_s[row + 1]:.6g} s after it; sort the recording, or, at a fixed rate, delete "
-            "the column of times and set --rate HZ"
         )
 
 

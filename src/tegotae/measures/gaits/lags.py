@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -213,23 +212,8 @@ def steps_to_latest(x: AnyArray) -> jax.Array:
     return jnp.where(index >= 0, jnp.take_along_axis(x, jnp.maximum(index, 0), axis=0), jnp.nan)
 
 
-class Rhythm(ABC):
-    """Source of the lags. A frozen dataclass."""
-
-    needs: tuple[str, ...]
-    """The channels that it reads."""
-
-    @abstractmethod
-    def lag(self, trajectory: Trajectory, reference: int) -> jax.Array:
-        """Return the lag of every leg behind the reference leg, [frames, limbs, lanes] [cycles]."""
-
-    @abstractmethod
-    def frequency_hz(self, trajectory: Trajectory, reference: int, first: int) -> jax.Array:
-        """Return the cycles of the reference leg per second, from a frame on, [lanes]."""
-
-
 @dataclass(frozen=True)
-class OfPhases(Rhythm):
+class OfPhases:
     """Lags of the oscillators: `lag_i = (φ_ref - φ_i) / 2π mod 1`.
 
     Defined at every instant, and unharmed by feet that bounce. The frames must be shorter than half
@@ -244,14 +228,14 @@ class OfPhases(Rhythm):
         return ((phase[:, reference : reference + 1] - phase) / TURN) % 1.0
 
     def frequency_hz(self, trajectory: Trajectory, reference: int, first: int) -> jax.Array:
-        """Return the turns of the reference leg's oscillator per second, [lanes]."""
+        """Return the turns of the reference leg's phase per second, from a frame on, [lanes]."""
         phase = jnp.asarray(trajectory.phase_rad)[first:, reference]
         turns = lag_difference(phase[1:] / TURN, phase[:-1] / TURN).sum(axis=0)
         return turns / (trajectory.time_s[-1] - trajectory.time_s[first])
 
 
 @dataclass(frozen=True)
-class OfTouchdowns(Rhythm):
+class OfTouchdowns:
     """Lags of the footfalls: time since the reference leg's touchdown over its stride.
 
     For whatever has no oscillators, or to hold beside them. A foot that bounces has several
@@ -271,7 +255,7 @@ class OfTouchdowns(Rhythm):
         return ((latest - reference_time[:, None]) / stride[:, None]) % 1.0
 
     def frequency_hz(self, trajectory: Trajectory, reference: int, first: int) -> jax.Array:
-        """Return the touchdowns of the reference leg per second, [lanes]."""
+        """Return the touchdowns of the reference leg per second, from a frame on, [lanes]."""
         return step_frequency_hz(trajectory.touchdown_time_s, first)[reference]
 
 

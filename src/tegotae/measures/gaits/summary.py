@@ -17,7 +17,6 @@ from tegotae._support.errors import TegotaeError, require_count
 from tegotae.measures.gaits.lags import (
     OfPhases,
     OfTouchdowns,
-    Rhythm,
     circular_mean,
     circular_spread,
     largest_drift,
@@ -148,7 +147,7 @@ class CoordinationSummary(Part):
 
     reference: int = whole(0, least=0)
     tolerance: float = finite(TOLERANCE, above=0.0, most=0.5)
-    rhythm: Rhythm = field(default_factory=OfPhases)
+    rhythm: OfPhases | OfTouchdowns = field(default_factory=OfPhases)
     channels: tuple[str, ...] = ()
 
     @classmethod

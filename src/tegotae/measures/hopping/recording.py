@@ -133,13 +133,8 @@ def _checked_time(time_s: Any) -> np.ndarray:
     if len(samples) != 1 or samples[0] < 3:
         raise TegotaeError(f"time_s has shape {samples}; it must be one row of at least 3 times")
     time = _checked("time_s", time_s, samples[0], limit=math.inf)
+    check_increasing(time)
     steps = np.diff(time)
-    if not (steps > 0.0).all():
-        where = int(np.argmin(steps > 0.0))
-        raise TegotaeError(
-            f"time_s goes from {time[where]:g} to {time[where + 1]:g} at sample {where + 1}; "
-            "it must increase"
-        )
     mean = steps.mean()
     uneven = np.abs(steps - mean)
     where = int(np.argmax(uneven))
@@ -149,6 +144,18 @@ def _checked_time(time_s: Any) -> np.ndarray:
             f"{mean:g} s; resample the recording to uniform times (--resample HZ)"
         )
     return time
+
+
+def check_increasing(time_s: np.ndarray) -> None:
+    """Raise `TegotaeError` for times [s] that do not increase."""
+    increase = np.diff(time_s) > 0.0
+    if not increase.all():
+        row = int(np.argmin(increase))
+        raise TegotaeError(
+            f"the times do not increase: {time_s[row]:.6g} s at sample {row}, and "
+            f"{time_s[row + 1]:.6g} s after it; sort the recording, or, at a fixed rate, delete "
+            "the column of times and set --rate HZ"
+        )
 
 
 def _check_spikes(height: np.ndarray, rest_length_m: float) -> None:

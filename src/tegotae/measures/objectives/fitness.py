@@ -12,7 +12,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.hopping import at_frame, dies_out, whole_hops
 from tegotae.measures.hopping.signals import (
     REST_RANGE_M,
@@ -25,7 +24,7 @@ from tegotae.measures.hopping.signals import (
     spectrum,
     work_total,
 )
-from tegotae.measures.objectives.objective import Objective
+from tegotae.measures.objectives.objective import Objective, require_settled
 from tegotae.parts._shapes import AnyArray, Numeric
 from tegotae.parts.bodies import Body
 from tegotae.parts.parameters import not_negative
@@ -68,12 +67,8 @@ class _SettledHops(Objective):
     follow_omega: bool
 
     def check(self, timing: Timing) -> None:
-        """Raise `TegotaeError` if an episode leaves too little after settling."""
-        if timing.duration_s - self.settle_s < 1.0:
-            raise TegotaeError(
-                f"an episode of {timing.duration_s:g} s leaves less than 1 s after settling for "
-                f"{self.settle_s:g} s; make it at least {self.settle_s + 1.0:g} s"
-            )
+        """Raise `TegotaeError` if an episode leaves less than a second after settling."""
+        require_settled(timing, self.settle_s, 1.0)
 
     def without_frequency(self) -> Self:
         """Return this fitness without ΔΩ."""

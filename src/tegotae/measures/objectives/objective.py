@@ -121,6 +121,15 @@ class Objective(Part, ABC):
         return scores(self, episode, self.data)
 
 
+def require_settled(timing: Timing, settle_s: float, least_s: float) -> None:
+    """Raise `TegotaeError` if an episode leaves less than a time [s] after that to settle [s]."""
+    if timing.duration_s < settle_s + least_s:
+        raise TegotaeError(
+            f"an episode of {timing.duration_s:g} s leaves less than {least_s:g} s after settling "
+            f"for {settle_s:g} s; make it at least {settle_s + least_s:g} s"
+        )
+
+
 class EpisodeOutcome(NamedTuple):
     """Summary of an episode for an objective, and its validity."""
 

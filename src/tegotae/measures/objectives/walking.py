@@ -12,7 +12,7 @@ import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.measures.gaits.names import speed_along_heading_m_per_s
-from tegotae.measures.objectives.objective import Objective
+from tegotae.measures.objectives.objective import Objective, require_settled
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import unwrapped
@@ -52,12 +52,7 @@ class _SettledWalk(Objective):
 
     def check(self, timing: Timing) -> None:
         """Raise `TegotaeError` if an episode leaves less than two frames after settling."""
-        shortest = self.settle_s + 2.0 * timing.frame_s
-        if timing.duration_s < shortest:
-            raise TegotaeError(
-                f"an episode of {timing.duration_s:g} s leaves nothing after settling for "
-                f"{self.settle_s:g} s; make it at least {shortest:g} s"
-            )
+        require_settled(timing, self.settle_s, 2.0 * timing.frame_s)
 
     def outcome(
         self, trajectory: Trajectory, scenario: Scenario, body: Body, timing: Timing
