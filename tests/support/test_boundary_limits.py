@@ -7,6 +7,7 @@ import subprocess
 import numpy as np
 import pytest
 from matplotlib.animation import FFMpegWriter
+from matplotlib.figure import Figure
 
 from refusals import refused
 from tegotae import Rollout, Scenario, TegotaeError, Timing
@@ -15,7 +16,7 @@ from tegotae._support.errors import require_count, require_finite, unknown
 from tegotae._support.files import write_atomically
 from tegotae._support.limits import available_memory, require_memory
 from tegotae.analysis.maps import axis, lanes
-from tegotae.figures.animation import animation_file, write_animation
+from tegotae.figures.animation import Animation, animation_file, write_animation
 from tegotae.figures.style import literal_text, new_figure, save_figure, styled
 from tegotae.simulation.summaries import whole_trajectory
 from tegotae.systems.recipe import recipe
@@ -154,30 +155,18 @@ def test_a_program_that_a_picture_needs_is_asked_for_before_the_work(
     assert os.listdir(tmp_path) == []
 
 
-class HalfWritten:
-    """An animation whose program fails in its midst."""
-
-    artists = ()
-
-    def __init__(self, error: Exception) -> None:
-        self.error = error
-
-    def new_saved_frame_seq(self):
-        return iter(range(3))
-
-    def save(self, path, **_) -> None:
-        path.write_bytes(b"half")
-        raise self.error
-
-
 @pytest.mark.parametrize(
     "error", [OSError(28, "No space left on device"), subprocess.CalledProcessError(1, "ffmpeg")]
 )
 def test_half_an_animation_is_not_kept(tmp_path, error):
+    def draw(frame: int) -> None:
+        if frame == 1:
+            raise error
+
     path = tmp_path / "a.gif"
     path.write_bytes(b"before")
     with pytest.raises(TegotaeError, match=r"No space left on device|ffmpeg failed"):
-        write_animation(lambda: HalfWritten(error), path)  # type: ignore[arg-type]
+        write_animation(lambda: Animation(Figure(), draw, range(3)), path)
     assert path.read_bytes() == b"before"
     assert os.listdir(tmp_path) == ["a.gif"]
 

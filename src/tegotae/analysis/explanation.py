@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import jax
@@ -412,7 +412,7 @@ def action_fits(v: Visits) -> list[Fit]:
     return fits
 
 
-_TRIED = np.concatenate([[0.0], np.geomspace(0.05, 50.0, 61)])
+_TRIED = [(0.0,), *((float(s),) for s in np.geomspace(0.05, 50.0, 61))]
 """Numbers s that are tried where a curve is not linear in them."""
 
 
@@ -423,26 +423,30 @@ def reaction_fits(v: Visits) -> dict[str, Fit]:
     `b N`, `c + b N`, `c e^(-s N)` and `c + b N / (1 + s N)`.
     """
     values, load, ones = v.gain * v.reaction, v.load, np.ones_like(v.load)
-    columns: dict[str, Callable[[float], list[np.ndarray]]] = {
-        "load": lambda s: [load],
-        "latch": lambda s: [ones, load],
-        "decay": lambda s: [np.exp(-s * load)],
-        "saturating": lambda s: [ones, load / (1.0 + s * load)],
+
+    def fit(
+        columns: Callable[..., list[np.ndarray]],
+        formula: Callable[..., str],
+        scales: Sequence[tuple[float, ...]] = ((),),
+    ) -> Fit:
+        tried = [(*_least_squares(columns(*s), values), s) for s in scales]
+        linear, explained, s = max(tried, key=lambda x: np.nan_to_num(x[1], nan=-math.inf))
+        return Fit(formula(*linear, *s), (*linear, *s), explained)
+
+    return {
+        "load": fit(lambda: [load], lambda b: f"{b:.3g} N"),
+        "latch": fit(lambda: [ones, load], lambda c, b: f"{c:.3g} {signed(b)} N"),
+        "decay": fit(
+            lambda s: [np.exp(-s * load)],
+            lambda c, s: f"{c:.3g} e^(-{s:.3g} N)",
+            _TRIED,
+        ),
+        "saturating": fit(
+            lambda s: [ones, load / (1.0 + s * load)],
+            lambda c, b, s: f"{c:.3g} {signed(b)} N / (1 + {s:.3g} N)",
+            _TRIED,
+        ),
     }
-    formulas: dict[str, Callable[..., str]] = {
-        "load": lambda b: f"{b:.3g} N",
-        "latch": lambda c, b: f"{c:.3g} {signed(b)} N",
-        "decay": lambda c, s: f"{c:.3g} e^(-{s:.3g} N)",
-        "saturating": lambda c, b, s: f"{c:.3g} {signed(b)} N / (1 + {s:.3g} N)",
-    }
-    fits = {}
-    for name, of_number in columns.items():
-        scales = [float(s) for s in _TRIED] if name in ("decay", "saturating") else [0.0]
-        tried = [(*_least_squares(of_number(s), values), s) for s in scales]
-        numbers, explained, s = max(tried, key=lambda x: np.nan_to_num(x[1], nan=-math.inf))
-        numbers += [s] if len(scales) > 1 else []
-        fits[name] = Fit(formulas[name](*numbers), tuple(numbers), explained)
-    return fits
 
 
 @dataclass(frozen=True)

@@ -69,8 +69,8 @@ def forms_of_a_leg() -> dict[str, ShortLaw]:
     for name, reaction in _REACTIONS.items():
         for suffix, action in (("", OffsetAction()), ("+harmonic", TwoHarmonicsAction())):
             for reflex, push in (("", FreeSector()), ("+reflex", FreeSectorAndReflex())):
-                form = ShortLaw(name=f"{name}{suffix}{reflex}", action=action, reaction=reaction)
-                forms.append(dataclasses.replace(form, actuation=push))
+                law = {"action": action, "reaction": reaction, "actuation": push}
+                forms.append(ShortLaw(name=f"{name}{suffix}{reflex}", **law))
     return {form.name: form for form in forms}
 
 
@@ -240,35 +240,23 @@ def _numbers(controller: Controller, v: Visits) -> np.ndarray:
 
     Where its sector is free, phases are counted from the place of the action on.
     """
+    if (terms := controller.tegotae) is None:
+        return np.array(_push(controller, v, 0.0))
     valid = bool(np.isfinite(v.action * v.reaction * v.gain).all())
-    fit = np.array(action_fits(v)[-1 if _has(controller, TwoHarmonicsAction) else 0].numbers)
-    offset, a, b, *second = fit if valid else np.array([0.0, -1.0, 0.0, 0.0, 0.0])
+    one, two = action_fits(v)
+    has_two = isinstance(terms.action, TwoHarmonicsAction)
+    fit = two.numbers if has_two else (*one.numbers, 0.0, 0.0)
+    offset, a, b, c, d = fit if valid else (0.0, -1.0, 0.0, 0.0, 0.0)
     size = max(math.hypot(a, b), 0.05 * abs(offset), 1e-6)
     turn = (math.atan2(b, a) + math.pi) % TWO_PI
-    numbers: list[float] = []
-    terms = controller.tegotae
-    if terms is not None:
-        action: dict[type[Term], list[float]] = {
-            VanillaAction: [],
-            OffsetAction: [-offset / size],
-            ShiftedAction: [turn, -offset / size],
-        }
-        if isinstance(terms.action, TwoHarmonicsAction):
-            c, d = second
-            cosine, sine = math.cos(2.0 * turn), math.sin(2.0 * turn)
-            twice = [-(c * cosine + d * sine) / size, -(d * cosine - c * sine) / size]
-            numbers += [-offset / size, *twice]
-        else:
-            numbers += action[type(terms.action)]
-        of_nothing = [*np.ones(terms.reaction.n_weights), 0.0]
-        numbers += _reaction(terms.reaction, v, size) if valid else of_nothing
-    if controller.limbs > 1:
-        return np.array(numbers)
-    return np.array([*numbers, *_push(controller, v, turn if terms is not None else 0.0)])
-
-
-def _has(controller: Controller, kind: type[Term]) -> bool:
-    return any(isinstance(term, kind) for term in controller.terms.values())
+    cosine, sine = math.cos(2.0 * turn), math.sin(2.0 * turn)
+    twice = [-(c * cosine + d * sine) / size, -(d * cosine - c * sine) / size]
+    numbers = [turn] if isinstance(terms.action, ShiftedAction) else []
+    numbers += [] if isinstance(terms.action, VanillaAction) else [-offset / size]
+    numbers += twice if has_two else []
+    of_nothing = [*np.ones(terms.reaction.n_weights), 0.0]
+    numbers += _reaction(terms.reaction, v, size) if valid else of_nothing
+    return np.array(numbers if controller.limbs > 1 else [*numbers, *_push(controller, v, turn)])
 
 
 def _reaction(term: Term, v: Visits, size: float) -> list[float]:

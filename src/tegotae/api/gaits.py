@@ -444,7 +444,7 @@ def perturb(
         'ground 0.05 lower at 30 s: 4 of 4 that stood stay up, 1.000 (0.510 … 1.000)'
     """
     study = _Study(locals())
-    from tegotae.figures.gaits.lesion import lesion_figure
+    from tegotae.figures.gaits.lags import lesion_figure
 
     lesion = GaitLesion(
         at_s=0.5 * study.values.duration_s if at_s is None else at_s,

@@ -8,18 +8,17 @@ import sys
 import tempfile
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
+from matplotlib.animation import FFMpegWriter
 from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
-from matplotlib.text import Text
 from PIL import Image
 
 from tegotae._support.errors import TegotaeError, formatted, require
@@ -36,15 +35,56 @@ if TYPE_CHECKING:  # of MuJoCo and Gymnasium, which are extras
 
 FRAMES_PER_S = 25
 """Pictures per simulated second, shown in real time."""
+_DPI = 90
+"""Resolution of a picture [dots per inch]."""
 _PICTURES_FOR_COLOURS = 8
 """Number of pictures, evenly spaced in time, from which an animation's colours are chosen."""
 
 
-class Animation(FuncAnimation):
-    """An animation, and its moving artists before a fixed background."""
+@dataclass(frozen=True, eq=False)
+class Animation:
+    """Frames of a figure that a function draws.
 
+    The figure is laid out once: a constrained layout per picture would take most of the time.
+
+    Args:
+        figure: what is drawn on.
+        draw: moves the artists to a frame.
+        frames: in their order.
+        artists: all that move, where everything else stays: a tenth of the time.
+    """
+
+    figure: Figure
+    draw: Callable[[int], Any]
+    frames: Sequence[int]
     artists: Sequence[Artist] = ()
-    """Empty where the background moves, too."""
+
+    def __post_init__(self) -> None:
+        self.figure.draw_without_rendering()
+        self.figure.set_layout_engine("none")
+
+    def pictures(self) -> Iterator[Image.Image]:
+        """Yield the pictures; the artists alone are drawn anew, with the frames of their axes."""
+        figure = self.figure
+        figure.dpi = _DPI
+        axes = {artist.axes: None for artist in self.artists if artist.axes}
+        moving = [*self.artists, *(spine for x in axes for spine in x.spines.values())]
+        moving.sort(key=Artist.get_zorder)
+        for artist in moving:
+            artist.set_animated(True)
+        renderer = RendererAgg(*figure.bbox.size, _DPI)
+        background = None
+        for frame in self.frames:
+            self.draw(frame)
+            if background is None or not moving:
+                renderer.clear()
+                figure.draw(renderer)
+                background = renderer.copy_from_bbox(figure.bbox)
+            renderer.restore_region(background)
+            for artist in moving:
+                artist.draw(renderer)
+            size, pixels = (int(renderer.width), int(renderer.height)), renderer.buffer_rgba()
+            yield Image.frombytes("RGBA", size, bytes(pixels)).convert("RGB")
 
 
 def write_animation(make: Callable[[], Animation], path: Path | str) -> Path:
@@ -59,24 +99,44 @@ def write_animation(make: Callable[[], Animation], path: Path | str) -> Path:
             file that cannot be written.
     """
     path = animation_file(path)
+    write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
     try:
         with styled(), tempfile.TemporaryDirectory() as folder:
             moving, temporary = make(), Path(folder) / path.name
-            gif = path.suffix.lower() == ".gif"
-            writer = GifWriter(moving.artists) if gif else FFMpegWriter(fps=FRAMES_PER_S)
-            with reporting("animation", sum(1 for _ in moving.new_saved_frame_seq())) as reporter:
-                moving.save(
-                    temporary,
-                    writer=writer,
-                    dpi=90,
-                    progress_callback=lambda frame, _: reporter.update(frame + 1),
-                )
+            with reporting("animation", len(moving.frames)) as reporter:
+                write(moving, temporary, reporter.update)
             write_atomically(path, temporary.read_bytes())
     except subprocess.CalledProcessError:
         raise TegotaeError(f"ffmpeg failed to write {path}; use .gif") from None
     except OSError as error:
         raise TegotaeError(f"cannot write {path}: {error.strerror or error}") from None
     return path
+
+
+def _write_gif(moving: Animation, path: Path, report: Callable[[int], None]) -> None:
+    """Write an animation whose pictures have the same 256 colours.
+
+    Matplotlib's own writer draws each picture twice and looks for its colours anew.
+    """
+    pictures = []
+    for picture in moving.pictures():
+        pictures.append(picture)
+        report(len(pictures))
+    some = pictures[:: -(-len(pictures) // _PICTURES_FOR_COLOURS)]
+    strip = Image.fromarray(np.concatenate([np.asarray(picture) for picture in some]))
+    colours = strip.quantize(256, method=Image.Quantize.FASTOCTREE)
+    first, *further = (x.quantize(palette=colours, dither=Image.Dither.NONE) for x in pictures)
+    duration = int(1000 / FRAMES_PER_S)
+    first.save(path, save_all=True, append_images=further, duration=duration, loop=0)
+
+
+def _write_mp4(moving: Animation, path: Path, report: Callable[[int], None]) -> None:
+    writer = FFMpegWriter(fps=FRAMES_PER_S)
+    with writer.saving(moving.figure, str(path), _DPI):
+        for number, frame in enumerate(moving.frames, 1):
+            moving.draw(frame)
+            writer.grab_frame()
+            report(number)
 
 
 def animation_file(path: Path | str) -> Path:
@@ -92,67 +152,6 @@ def animation_file(path: Path | str) -> Path:
     if suffix == ".mp4" and not FFMpegWriter.isAvailable():
         raise TegotaeError("writing .mp4 needs the program ffmpeg; use .gif")
     return output_file(path)
-
-
-class GifWriter(PillowWriter):
-    """Writer of .gif: each picture is drawn once, and all have the same 256 colours.
-
-    Matplotlib's own writer draws each picture twice and looks for its colours anew.
-
-    Args:
-        artists: what alone is drawn anew, in each picture, with the frames of its axes.
-    """
-
-    def __init__(self, artists: Sequence[Artist]) -> None:
-        super().__init__(fps=FRAMES_PER_S)
-        frames = {axes: [*axes.spines.values()] for a in artists if (axes := a.axes)}
-        moving = [*artists, *(spine for spines in frames.values() for spine in spines)]
-        self._moving = sorted(moving, key=Artist.get_zorder)
-
-    def setup(self, fig: Any, outfile: Any, dpi: float | None = None) -> None:
-        """Begin a file."""
-        super().setup(fig, outfile, dpi)
-        self._pictures: list[Image.Image] = []
-
-    def grab_frame(self, **_: Any) -> None:
-        """Draw the figure as it is now."""
-        dpi, self.fig.dpi = self.fig.dpi, self.dpi
-        if not self._moving or not self._pictures:
-            self._renderer = RendererAgg(*self.frame_size, self.dpi)
-            visible = [artist for artist in self._moving if artist.get_visible()]
-            # Drawing moves a title to above what it sees, and of a hidden one it sees nothing.
-            titles = [(a, a.get_position()) for a in visible if isinstance(a, Text)]
-            for artist in visible:
-                artist.set_visible(False)
-            self.fig.draw(self._renderer)
-            for artist in visible:
-                artist.set_visible(True)
-            for title, place in titles:
-                title.set_position(place)
-            self._background = self._renderer.copy_from_bbox(self.fig.bbox)
-        self._renderer.restore_region(self._background)
-        for artist in self._moving:
-            artist.draw(self._renderer)
-        self.fig.dpi = dpi
-        drawn = Image.frombytes("RGBA", self.frame_size, bytes(self._renderer.buffer_rgba()))
-        self._pictures.append(drawn.convert("RGB"))
-
-    def finish(self) -> None:
-        """Write the file."""
-        some = self._pictures[:: -(-len(self._pictures) // _PICTURES_FOR_COLOURS)]
-        strip = Image.fromarray(np.concatenate([np.asarray(picture) for picture in some]))
-        colours = strip.quantize(256, method=Image.Quantize.FASTOCTREE)
-        first, *further = (
-            picture.quantize(palette=colours, dither=Image.Dither.NONE)
-            for picture in self._pictures
-        )
-        first.save(
-            self.outfile,
-            save_all=True,
-            append_images=further,
-            duration=int(1000 / self.fps),
-            loop=0,
-        )
 
 
 def animation(result: Result) -> Animation:
@@ -181,7 +180,7 @@ def animation(result: Result) -> Animation:
         dial.set_title("phase φ")
     (hand,) = dial.plot([], [], "o-", color=COLOURS[0], ms=5, visible=with_oscillator)
 
-    def draw(index: int):
+    def draw(index: int) -> None:
         y, h = float(t.height_m[index]), float(t.ground_m[index])
         foot = max(h, y - hopper.rest_length_m)
         ground.set_y(h - 5)
@@ -196,32 +195,8 @@ def animation(result: Result) -> Animation:
         label.set_text(f"{float(t.time_s[index]):5.2f} s")
         phase = float(t.phase_rad[index])
         hand.set_data([0.0, np.cos(phase)], [0.0, np.sin(phase)])
-        return ground, mass, spring, actuator, label, hand
 
-    return animated(figure, draw, frames, (ground, mass, spring, actuator, label, hand))
-
-
-def animated(
-    figure: Figure,
-    draw: Callable[[int], Any],
-    frames: Sequence[int],
-    artists: Sequence[Artist] = (),
-) -> Animation:
-    """Animate frame by frame with a function that draws.
-
-    It is laid out once: a constrained layout per picture would take most of the time.
-
-    Args:
-        figure: what is drawn on.
-        draw: moves the artists to a frame.
-        frames: in their order.
-        artists: all that move, where everything else stays: a tenth of the time.
-    """
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")
-    animation = Animation(figure, draw, frames=frames, interval=1000 / FRAMES_PER_S)  # type: ignore[arg-type]
-    animation.artists = artists
-    return animation
+    return Animation(figure, draw, frames, (ground, mass, spring, actuator, label, hand))
 
 
 WIDTH, HEIGHT = 480, 360
@@ -253,12 +228,11 @@ def film_animation(replay: Replay) -> Animation:
     image = axes.imshow(pictures[0])
     title = axes.set_title("0.00 s", pad=3)
 
-    def draw(index: int):
+    def draw(index: int) -> None:
         image.set_data(pictures[index])
         title.set_text(f"{index / FRAMES_PER_S:.2f} s")
-        return image, title
 
-    return animated(figure, draw, range(len(pictures)), (image, title))
+    return Animation(figure, draw, range(len(pictures)), (image, title))
 
 
 def film(replay: Replay) -> list[np.ndarray]:

@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
 
 from tegotae.analysis.generalisation.disturbances import Disturbance
 from tegotae.analysis.generalisation.run import MEASURES, Done
@@ -21,6 +21,7 @@ _MOST_LINES = len(COLOURS)
 FEW = 2
 """Number of runs below which no interval is drawn: of one run it would cover the panel."""
 _COLUMNS = 4
+_TICKS = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0)
 _DASHES = ("-", "--", "-.", ":")
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 """Lines and marks, for those who print in grey."""
@@ -84,11 +85,9 @@ Line = Mapping[str, pd.DataFrame]
 
 
 def _shares(members: Sequence[Done], disturbances: Sequence[Disturbance]) -> Line:
-    frames = [outcome.table for _, outcome in members]
-    combined = pd.concat(frames, keys=range(len(frames)), names=["member", None])
-    combined["whose"] = (
-        combined["run"].astype(str) + " of " + combined.index.get_level_values(0).astype(str)
-    )
+    tables = dict(enumerate(outcome.table for _, outcome in members))
+    combined = pd.concat(tables, names=["member"]).reset_index("member")
+    combined["whose"] = combined.groupby(["member", "run"]).ngroup()
     met, line = set(combined["condition"]), {}
     for disturbance in disturbances:
         if disturbance.name in met:
@@ -124,14 +123,9 @@ def _panel(ax: Axes, disturbance: Disturbance, lines: Mapping[str, Line]) -> Non
     ax.axhline(0.5, color="0.85", linewidth=0.6, zorder=0)
     if disturbance.neutral == 1.0 and min(disturbance.levels) > 0.0:
         ax.set_xscale("log")
-        ticks = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0)
-        lowest, highest = (
-            min(*disturbance.levels, disturbance.neutral),
-            max(*disturbance.levels, disturbance.neutral),
-        )
-        within = [x for x in ticks if 0.95 * lowest <= x <= 1.05 * highest]
-        ax.set_xticks(within, [f"{x:g}" for x in within], minor=False)
-        ax.set_xticks([], minor=True)
+        ax.xaxis.set_major_locator(FixedLocator(_TICKS))
+        ax.xaxis.set_major_formatter("{x:g}")
+        ax.xaxis.set_minor_locator(NullLocator())
     else:
         ax.xaxis.set_major_locator(MaxNLocator(4))
     ax.set_ylim(-0.03, 1.03)

@@ -47,13 +47,13 @@ class ReturnMap(NamedTuple):
         return float(np.abs(self.multipliers[0]))
 
 
-def fit_return_map(deviation: ArrayLike, *, limit: float = _LINEAR) -> ReturnMap:
+def fit_return_map(deviation: ArrayLike) -> ReturnMap:
     """Return the linear map that takes deviations of lags to those a cycle later, by least squares.
 
     Args:
         deviation: of the legs other than the reference leg, kick by kick, [cycles, legs, kicks]
-            [cycles]; NaN where unknown.
-        limit: from where a kick's deviations have a larger entry on, they are left out.
+            [cycles]; NaN where unknown. From where a kick's deviations have an entry above 0.1 on,
+            they are left out.
 
     Returns:
         All NaN if fewer deviations are known than legs.
@@ -68,7 +68,7 @@ def fit_return_map(deviation: ArrayLike, *, limit: float = _LINEAR) -> ReturnMap
     """
     deviation = np.asarray(deviation, float)
     legs = deviation.shape[1]
-    small = np.nan_to_num(np.abs(deviation), nan=np.inf).max(axis=1) <= limit
+    small = np.nan_to_num(np.abs(deviation), nan=np.inf).max(axis=1) <= _LINEAR
     usable = np.logical_and.accumulate(small, axis=0)
     current = np.moveaxis(deviation[:-1], 1, 0).reshape(legs, -1)
     following = np.moveaxis(deviation[1:], 1, 0).reshape(legs, -1)

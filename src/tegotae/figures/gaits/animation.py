@@ -7,12 +7,11 @@ from functools import singledispatch
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from tegotae._support.errors import TegotaeError
 from tegotae.analysis.gaits.releases import GaitRun
-from tegotae.figures.animation import FRAMES_PER_S, Animation, animated
+from tegotae.figures.animation import FRAMES_PER_S, Animation
 from tegotae.figures.style import COLOURS, new_figure
 from tegotae.parts.bodies import Body, BodyWrapper, Walker
 from tegotae.parts.bodies.upright import Upright
@@ -157,17 +156,18 @@ def moving(
     scenes[-1].set_xlabel(f"forward [{legged.units[0]}]")
     label = scenes[0].set_title(" ")
 
-    def draw(index: int) -> list[Artist]:
+    def draw(index: int) -> None:
         time = float(trajectory.time_s[index])
         standing = " ".join(
             name if on else "·" * len(name)
             for name, on in zip(names, shape.stands[index], strict=True)
         )
         label.set_text(f"{time:6.2f} {legged.units[1]}   {note(index)}   {standing}")
-        return [label, *(drawn for artist in artists for drawn in artist.draw(index))]
+        for artist in artists:
+            artist.draw(index)
 
     draw(int(frames[0]))
-    return animated(figure, draw, frames.tolist())
+    return Animation(figure, draw, frames.tolist())
 
 
 class _View:
@@ -201,7 +201,7 @@ class _View:
         ]
         self.order = _hips_in_order(shape.hips_m[0])
 
-    def draw(self, index: int) -> list[Artist]:
+    def draw(self, index: int) -> None:
         """Move everything to a frame; the view follows the body."""
         across, up = self.view
         hips, feet = self.shape.hips_m[index], self.shape.feet_m[index]
@@ -215,7 +215,6 @@ class _View:
         if self.view is _ABOVE:
             aside = float(hips[:, up].mean())
             self.axes.set_ylim(aside - 0.45 * self.long, aside + 0.45 * self.long)
-        return [self.outline, *self.legs, *self.feet]
 
 
 def _hips_in_order(hips: np.ndarray) -> np.ndarray:
