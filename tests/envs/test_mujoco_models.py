@@ -19,14 +19,13 @@ from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelBatch, ModelEnv
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings
+from tegotae.measures.objectives.evaluator import Generation
 from tegotae.simulation.integrators import Hold
 from tegotae.systems.recipe import recipe
 from tegotae.systems.vanilla import legged_named
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import Hopping, Return, UserObjective
 from tegotae.training.environments.rollouts import EnvRollouts, environment_lanes
-from tegotae.training.evaluator import Generation
-from tegotae.training.scoring import evaluator_of
 
 SIGMA, OMEGA, SECONDS = 2.753, 5.0, 10.0
 
@@ -176,7 +175,7 @@ def test_the_quadruped_walks_under_vanilla_tegotae():
 def test_a_training_on_a_model_judges_by_efficiency_and_frequency():
     task = experiment(model="V-sector-w8", duration_s=8.0)
     assert task.objective == Hopping(settle_s=4.0)
-    with evaluator_of(task) as evaluator:
+    with task.evaluator() as evaluator:
         verdict = evaluator.evaluate(np.array([[[0.0], [SIGMA]]]), Generation.alike())
     still, hops = verdict.cot_inverse[0]
     assert still < 0.5 < 0.7 * 1.4
@@ -188,7 +187,7 @@ def test_a_fallen_leg_has_failed_by_hopping_and_not_by_its_return():
     task = experiment("leg", "V-sector-w8", duration_s=4.0)
     assert isinstance(task.objective, Hopping)
     task = dataclasses.replace(task, objective=Return())
-    with evaluator_of(task) as evaluator:
+    with task.evaluator() as evaluator:
         verdict = evaluator.evaluate(np.array([[[0.0], [1.0]]]), Generation.alike())
     assert np.isfinite(verdict.fitness).all()
     assert not verdict.failed.any()

@@ -10,15 +10,14 @@ import tiny
 from refusals import refused
 from tegotae import Hopper, TegotaeError
 from tegotae.api.experiments import adjusted, conditions_named
+from tegotae.measures.objectives.evaluator import Generation
 from tegotae.parts.bodies import Bar
 from tegotae.simulation.draws import Randomization, applied, draw
 from tegotae.simulation.schedules import Step
 from tegotae.simulation.world import OneOf, Scenario, Uniform
 from tegotae.systems import controller_file
 from tegotae.systems.experiment import Experiment
-from tegotae.training.evaluator import Generation
 from tegotae.training.run import train
-from tegotae.training.scoring import evaluator_of
 
 MASS = Uniform("mass_kg", low=0.08, high=0.12)
 RELEASE = Uniform("height_m", low=1.1, high=1.3)
@@ -102,12 +101,12 @@ def test_the_evaluation_set_has_several_episodes_even_where_candidates_have_one(
     def scored(_, mass, __):
         return {"fitness": mass, "cot_inverse": mass, "failed": mass > 0.118}
 
-    prefix = "tegotae.training.evaluator."
+    prefix = "tegotae.measures.objectives.evaluator."
     monkeypatch.setattr(
         prefix + "Rollout.run_lanes", lambda _, lanes, body: lanes.scenario.changes["mass_kg"]
     )
     monkeypatch.setattr(prefix + "by_blocks", scored)
-    evaluator = evaluator_of(varied(MASS))
+    evaluator = varied(MASS).evaluator()
     weights = np.zeros((2, 5, varied(MASS).controller.n_weights), "float32")
     verdicts = [
         evaluator.evaluate(weights, Generation((0, 1), np.full(2, True), n)) for n in (0, 7)

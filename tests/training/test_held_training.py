@@ -11,15 +11,14 @@ from tegotae.simulation.rollout import Timing
 from tegotae.systems.recipe import recipe
 from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.run import Run
-from tegotae.training.scoring import evaluator_of
 
 CONTINUOUS = recipe("AR-rF-sector-w8").experiment()
 HELD = replace(CONTINUOUS, {"integrator": Hold()})
 
 
 def test_a_held_training_rolls_out_its_episodes_held():
-    assert evaluator_of(CONTINUOUS).rollouts.integrator == PredictorCorrector()
-    assert evaluator_of(HELD).rollouts.integrator == Hold()
+    assert CONTINUOUS.evaluator().rollouts.integrator == PredictorCorrector()
+    assert HELD.evaluator().rollouts.integrator == Hold()
 
 
 def test_the_document_of_a_held_training_says_so():

@@ -25,6 +25,7 @@ from tegotae.api.trained import TrainedControllers, advice
 from tegotae.cli import main
 from tegotae.envs import Limb, TegotaeWrapper, Wiring, load_wiring, save_wiring
 from tegotae.envs.env_spec import EnvSpec
+from tegotae.measures.objectives.evaluator import Generation
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import ControllerSet, SavedController
@@ -35,10 +36,8 @@ from tegotae.training.environments.evaluator import SampleWarning, WorkerPool
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.objectives import EpisodeBatch, Hopping, Return, UserObjective
 from tegotae.training.environments.rollouts import EnvRollouts
-from tegotae.training.evaluator import Generation
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
-from tegotae.training.scoring import evaluator_of
 from wired_experiment import ENV, HERE, WIRING, experiment
 
 GENERATIONS = 3
@@ -110,7 +109,7 @@ def test_a_training_leaves_controllers_curves_and_an_account_of_itself(trained):
 def test_the_best_fitness_is_that_of_the_kept_weights_and_the_return_of_their_episode(trained):
     _, paths = trained
     saved = controller_file.load(paths[0])
-    with evaluator_of(experiment(), 0) as evaluator:
+    with experiment().evaluator(0) as evaluator:
         verdict = evaluator.evaluate(saved.weights[None, None], ALL)
     assert verdict.fitness[0, 0] == pytest.approx(saved.training["best_fitness"], abs=1e-4)
     assert np.isnan(verdict.cot_inverse).all()
@@ -173,7 +172,7 @@ def test_the_gain_of_a_vanilla_model_is_searched_for(tmp_path):
     (path,) = train(run_of(experiment=task), tmp_path)
     saved = controller_file.load(path)
     assert saved.training["ended"] == "search"
-    with evaluator_of(task, 0) as evaluator:
+    with task.evaluator(0) as evaluator:
         fitness = evaluator.evaluate(task.gains[None, :, None], ALL).fitness[0]
     assert saved.weights[0] == pytest.approx(task.gains[np.argmax(fitness)])
     # Both ends of the grid are tried, and the best is worth more than no feedback at all.
@@ -272,7 +271,7 @@ def test_generations_draw_starts_that_their_candidates_share_and_the_centre_has_
     varied = dataclasses.replace(task, evaluation_episodes=2)
     candidates = np.ones((2, 3, 1))  # two samples and the centre, of two seeds
     mask = np.array([True, True])
-    with evaluator_of(varied, 0) as evaluator:
+    with varied.evaluator(0) as evaluator:
         first, second, again = (
             evaluator.evaluate(candidates, Generation((5, 6), mask, number)).fitness
             for number in (0, 1, 0)
@@ -284,7 +283,7 @@ def test_generations_draw_starts_that_their_candidates_share_and_the_centre_has_
     assert set(np.concatenate([first[:, 2], second[:, 2], alone[0]])) == {first[0, 2]}
     saved = SavedController(varied.system, np.ones(1), "varied", task=varied.task)
     assert EnvExperiment.from_controller(saved).evaluation_episodes == 2
-    with evaluator_of(task, 0) as evaluator:  # all of one start
+    with task.evaluator(0) as evaluator:  # all of one start
         every = evaluator.evaluate(candidates, Generation((5, 6), mask, 1)).fitness
     assert len(set(every.ravel())) == 1
     with pytest.raises(TegotaeError, match="has 3 episodes and a candidate 2"):
@@ -304,7 +303,7 @@ def test_a_function_of_ones_own_is_asked_about_episodes_that_were_played_alone()
     absent = EnvSpec(env=ENV, settings=(("fail", "reset"),))
     absent = dataclasses.replace(task, spec=absent, seed=1)
     with (
-        evaluator_of(absent, 0) as evaluator,
+        absent.evaluator(0) as evaluator,
         pytest.warns(SampleWarning, match="nobody is at home"),
         pytest.raises(TegotaeError, match="fails with every sample"),
     ):
@@ -324,7 +323,7 @@ def test_what_goes_wrong_in_a_function_of_ones_own_is_said_of_the_function(funct
         experiment("V-reflex-w8", budget=96),
         objective=UserObjective(f"{HERE / 'wired_env.py'}:{function}"),
     )
-    with evaluator_of(task, 0) as evaluator, pytest.raises(TegotaeError, match=message) as refusal:
+    with task.evaluator(0) as evaluator, pytest.raises(TegotaeError, match=message) as refusal:
         evaluator.evaluate(np.zeros((1, 1, 1)), ALL)
     assert "\n" not in str(refusal.value)
 
@@ -335,7 +334,7 @@ def test_a_fitness_that_is_no_number_for_any_candidate_ends_the_training():
         objective=UserObjective(f"{HERE / 'wired_env.py'}:undefined"),
     )
     with (
-        evaluator_of(task, 0) as evaluator,
+        task.evaluator(0) as evaluator,
         pytest.warns(SampleWarning, match="its fitness was not finite"),
         pytest.raises(TegotaeError, match="every sample: its fitness was not finite"),
     ):
@@ -362,7 +361,7 @@ def test_a_sample_whose_environment_fails_is_the_worst_and_the_others_are_as_wit
 ):
     task = experiment("V-reflex-w8", budget=96, made={"fail": fail})
     with (
-        evaluator_of(task, 0) as evaluator,
+        task.evaluator(0) as evaluator,
         pytest.warns(SampleWarning, match=f"{message}; 1 of 3 samples"),
     ):
         verdict = evaluator.evaluate(np.array([[[LAZY], [BUSY], [LAZY]]]), ALL)
@@ -378,7 +377,7 @@ def test_an_episode_that_ends_at_once_is_marked():
     task = dataclasses.replace(task, wiring=dataclasses.replace(task.wiring, limbs=[phase]))
     message = "fails with every sample: it ended at its first step"
     with (
-        evaluator_of(task, 0) as evaluator,
+        task.evaluator(0) as evaluator,
         pytest.warns(SampleWarning, match="it ended at its first step"),
         pytest.raises(TegotaeError, match=message),
     ):
@@ -431,8 +430,8 @@ def test_a_saved_controllers_body_cannot_be_simulated_here_and_says_so(trained):
 
 def test_what_the_wiring_does_not_say_is_not_known_of_the_limbs(tmp_path):
     task = experiment(wiring=dataclasses.replace(WIRING, scales={}))
-    assert task.interface.scales == (None,)
-    assert task.interface.rest_length_m is task.interface.feedback_scale is None
+    assert task.system.body.scales == (None,)
+    assert task.system.body.rest_length_m is task.system.body.feedback_scale is None
     saved = SavedController(
         task.system, np.zeros(task.controller.n_weights), task.name, task=task.task
     )
@@ -440,7 +439,7 @@ def test_what_the_wiring_does_not_say_is_not_known_of_the_limbs(tmp_path):
     text = json.loads((tmp_path / "limbs.json").read_text())
     assert text["system"].keys() == {"controller", "body", "omega"}
     again = controller_file.load(tmp_path / "limbs.json")
-    assert again.system.body == task.interface
+    assert again.system.body == task.system.body
     assert Wiring.from_controller(tmp_path / "limbs.json").scales == {}
 
 

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tegotae.parts.parameters import positive, whole
+from tegotae.systems.experiment import Trainable
 from tegotae.training.learner import CurvePoint, SeedLearner, initial_weights
-from tegotae.training.scoring import evaluator_of
-from tegotae.training.trainable import Trainable
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +33,7 @@ class PatternSearch(SeedLearner):
         moves = np.concatenate([np.zeros((1, weights.size)), np.eye(weights.size)])
         moves = np.concatenate([moves, -moves[1:]])
         simulated_s = 0.0
-        with evaluator_of(experiment) as evaluator:
+        with experiment.evaluator() as evaluator:
             for number in range(1, self.rounds + 1):
                 candidates = weights + step * moves
                 scores = evaluator.alike(candidates)

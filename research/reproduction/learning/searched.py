@@ -27,7 +27,6 @@ from tegotae.systems.experiment import Experiment
 from tegotae.training.algorithms import CMAES
 from tegotae.training.evolution import Evolution
 from tegotae.training.run import Run
-from tegotae.training.scoring import evaluator_of
 
 BOX = {
     "start_rad": (0.0, 2.0 * np.pi),
@@ -103,7 +102,7 @@ class SearchedLaw:
         gains = self.experiment.gains
         box = BOX | {"sigma": (0.0, float(gains.max()))}
         bounds = [box[str(name[-1])] for name in self.experiment.controller.weight_names]
-        with evaluator_of(self.experiment) as evaluator:
+        with self.experiment.evaluator() as evaluator:
             return differential_evolution(
                 lambda columns: -evaluator.alike(np.atleast_2d(columns.T)).fitness,
                 bounds, vectorized=True, updating="deferred", init="sobol", popsize=POPULATION,

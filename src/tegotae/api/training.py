@@ -20,7 +20,7 @@ from tegotae.api.parameters import HIDDEN, Values, changes, filled, in_shell, wi
 from tegotae.api.trained import TrainedControllers, advice, without_hops
 from tegotae.api.wiring import DEFAULT_ENVIRONMENT, EnvironmentOptions, environment_of
 from tegotae.systems.env_documents import extras_of, stem_of
-from tegotae.systems.experiment import Experiment
+from tegotae.systems.experiment import Experiment, Trainable
 from tegotae.systems.registry import is_reference, name_of
 from tegotae.systems.resolve import law_on_robot, resolve
 from tegotae.training.agents import AgentSettings
@@ -32,7 +32,6 @@ from tegotae.training.learner import Learner
 from tegotae.training.run import Run, train as train_run
 from tegotae.training.settings import settings_named
 from tegotae.training.tensorboard import tensorboard_log
-from tegotae.training.trainable import Trainable
 
 if TYPE_CHECKING:
     pass

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import cast
+from typing import Self, cast
 
 import numpy as np
 
 from tegotae._support.documents import Json, JsonObject
 from tegotae._support.errors import TegotaeError, require_count, require_finite
 from tegotae.measures.evaluation import Protocol
+from tegotae.measures.objectives.evaluator import EngineEvaluator, Evaluator
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.fields import replace
 from tegotae.simulation.checks.passive import check_passive
-from tegotae.simulation.draws import check_conditions, check_releases
+from tegotae.simulation.draws import Randomization, check_conditions, check_releases
 from tegotae.simulation.world import OMEGA, Condition, Scenario
 from tegotae.systems.descriptions import UsersPartError, check_kept, describe, restore
+from tegotae.systems.env_documents import EnvTask
 from tegotae.systems.system import OnSystem, System
 
 GAINS = np.linspace(0.1, 12.0, 240)
@@ -28,8 +31,69 @@ GAINS = np.linspace(0.1, 12.0, 240)
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+@-]{0,99}")
 
 
+class Trainable(OnSystem, ABC):
+    """Experiment that can be trained, wherever its episodes take place: on the engine, or on an
+    environment."""
+
+    name: str
+    """Name in files and tables."""
+    duration_s: float
+    """Duration of an episode [s]."""
+    episodes: int
+    """Number of episodes of each candidate."""
+
+    @abstractmethod
+    def evaluator(self, workers: int | None = None) -> Evaluator:
+        """Return the evaluator of candidate weights' fitness.
+
+        Args:
+            workers: worker processes of an environment, one a core by default; the engine needs
+                none.
+        """
+
+    @abstractmethod
+    def check(self) -> None:
+        """Raise `TegotaeError`, before long work starts, for an experiment that cannot be
+        trained.
+        """
+
+    @property
+    @abstractmethod
+    def gains(self) -> np.ndarray:
+        """Values of σ that a search tries [rad/(s N)]."""
+
+    @property
+    @abstractmethod
+    def document(self) -> JsonObject:
+        """Experiment as plain JSON values."""
+
+    @property
+    def task(self) -> EnvTask | None:
+        """Environment of the training; None on the engine."""
+        return None
+
+    @property
+    def is_searched(self) -> bool:
+        """True if the only trained parameter is a constant gain σ, which a search finds."""
+        return self.controller.has_a_gain_alone
+
+    @property
+    def searched_in(self) -> Sequence[Self]:
+        """Experiments whose mean fitness a search for the gain maximises: this one alone."""
+        return (self,)
+
+    def without_frequency(self) -> Self:
+        """Return the experiment as agents learn it, without a reward for a frequency."""
+        return self
+
+    @property
+    def cot_unit(self) -> str:
+        """Unit of CoT⁻¹."""
+        return "m/J"
+
+
 @dataclass(frozen=True, kw_only=True)
-class Experiment(OnSystem):
+class Experiment(Trainable):
     """A system, the objective and conditions of its training, and the evaluation of the result.
 
     Trainings of any algorithm, tuning and the study are made of experiments; the 218 models of the
@@ -126,18 +190,18 @@ class Experiment(OnSystem):
         """An episode of training: numbers."""
         return self.system.scenario()
 
+    def evaluator(self, workers: int | None = None) -> EngineEvaluator:
+        """Return the evaluator of candidate weights' fitness; it needs no workers."""
+        varied = Randomization(self.conditions, self.body, self.scenario)
+        return EngineEvaluator(self.system.rollout(), self.measure, varied, self.episodes)
+
     @property
-    def duration_s(self) -> float:
+    def duration_s(self) -> float:  # type: ignore[override]
         """Length of an episode of training [s]."""
         return self.timing.duration_s
 
     @property
-    def is_searched(self) -> bool:
-        """True if the only trained parameter is a constant gain σ, which a search finds."""
-        return self.controller.has_a_gain_alone
-
-    @property
-    def searched_in(self) -> tuple[Experiment, ...]:
+    def searched_in(self) -> Sequence[Self]:
         """Experiments whose mean fitness a search for the gain maximises, one per frequency."""
         if self.omega is None:
             return (self,)
@@ -145,14 +209,9 @@ class Experiment(OnSystem):
             replace(self, {"omega": self.omega + offset}) for offset in self.search_offsets
         )
 
-    def without_frequency(self) -> Experiment:
+    def without_frequency(self) -> Self:
         """Return the experiment whose objective does not reward a frequency."""
         return replace(self, {"objective": self.objective.without_frequency()})
-
-    @property
-    def task(self) -> None:
-        """None: training on an environment is a task of its own (`EnvTask`)."""
-        return None
 
     @property
     def cot_unit(self) -> str:

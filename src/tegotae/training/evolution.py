@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -17,14 +17,15 @@ from tegotae._support.documents import JsonObject
 from tegotae._support.engines import check_jax
 from tegotae._support.errors import TegotaeError
 from tegotae._support.limits import require_memory
+from tegotae.measures.objectives.evaluator import Generation
 from tegotae.measures.objectives.objective import Scores
 from tegotae.measures.statistics import mean_defined
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.controller import Controller
 from tegotae.parts.parameters import Part, not_negative, positive, whole
 from tegotae.systems.descriptions import check_kept
+from tegotae.systems.experiment import Trainable
 from tegotae.training.algorithms import PGPE, Algorithm, Parameters, SearchState, algorithm_document
-from tegotae.training.evaluator import Generation
 from tegotae.training.learner import (
     Arrays,
     CurvePoint,
@@ -32,11 +33,12 @@ from tegotae.training.learner import (
     Learner,
     Points,
     TrainingState,
-    TrainingTask,
     versions_of,
 )
-from tegotae.training.scoring import best_gain, evaluator_of
-from tegotae.training.trainable import Trainable
+from tegotae.training.scoring import best_gain
+
+if TYPE_CHECKING:
+    from tegotae.training.run import Run
 
 _NEVER = 2**31
 
@@ -190,7 +192,7 @@ class Evolution(Learner):
         """Versions of the programs that decide the numbers."""
         return versions_of("evosax")
 
-    def check(self, run: TrainingTask) -> None:
+    def check(self, run: Run[Any]) -> None:
         """Raise `TegotaeError` if a generation's weights and noise would not fit into memory."""
         episodes, seeds = self.algorithm.population * run.experiment.episodes, len(run.seeds)
         n_weights = run.experiment.controller.n_weights
@@ -199,7 +201,7 @@ class Evolution(Learner):
             f"{episodes} episodes a generation, of {seeds} seeds and {n_weights} weights,",
         )
 
-    def configuration(self, run: TrainingTask) -> JsonObject:
+    def configuration(self, run: Run[Any]) -> JsonObject:
         """Return the settings that decide the result, except the cap on generations, as JSON
         values."""
         begins = {"weights": list(self.weights)} if self.weights else {}
@@ -213,7 +215,7 @@ class Evolution(Learner):
 
     def program(self, experiment: Trainable) -> tuple[object, ...]:
         """Return the compiled part, which trainings with an equal one share."""
-        with evaluator_of(experiment) as evaluator:
+        with experiment.evaluator() as evaluator:
             return (self.algorithm.program, *evaluator.program)
 
     def start(self, experiment: Trainable, seeds: Sequence[int]) -> Progress:
@@ -258,7 +260,7 @@ class Evolution(Learner):
         algorithm, numbers = self.algorithm, np.asarray(seeds, "int32")
         parameters = algorithm.parameters(progress.best_weights.shape[-1])
         curve = [*fitness]
-        with evaluator_of(experiment, self.workers) as evaluator:
+        with experiment.evaluator(self.workers) as evaluator:
             while True:
                 ended = self.stopping.reasons(np.array(curve).reshape(len(curve), len(seeds)))
                 going = np.array([reason == RUNNING for reason in ended])
@@ -273,13 +275,11 @@ class Evolution(Learner):
                 curve.append(curves.centre_fitness)
                 yield progress, curves
 
-    def length(self, run: TrainingTask) -> int:
+    def length(self, run: Run[Any]) -> int:
         """Return the cap on generations."""
         return self.stopping.generations
 
-    def learn(
-        self, run: TrainingTask, state: TrainingState | None = None
-    ) -> Iterator[TrainingState]:
+    def learn(self, run: Run[Any], state: TrainingState | None = None) -> Iterator[TrainingState]:
         """Yield the state after each generation, or after the search of a gain at once.
 
         Args:
@@ -306,7 +306,7 @@ class Evolution(Learner):
             points = (*points, *new)
             yield self._state(run, points, progress, new)
 
-    def resumed(self, run: TrainingTask, points: Points, arrays: Arrays) -> TrainingState:
+    def resumed(self, run: Run[Any], points: Points, arrays: Arrays) -> TrainingState:
         """Return the state after the last generation whose points and arrays are kept.
 
         Raises:
@@ -324,7 +324,7 @@ class Evolution(Learner):
             )
         return self._state(run, points, progress)
 
-    def _progress(self, run: TrainingTask, arrays: Arrays) -> Progress:
+    def _progress(self, run: Run[Any], arrays: Arrays) -> Progress:
         """Return the progress of a state's arrays."""
         leaves, structure = jax.tree.flatten(self.start(run.experiment, run.seeds))
         stored = [arrays[f"leaf{i}"] for i in range(len(leaves))]
@@ -334,7 +334,7 @@ class Evolution(Learner):
         return jax.tree.unflatten(structure, stored)
 
     def _state(
-        self, run: TrainingTask, points: Points, progress: Progress, new: Points = ()
+        self, run: Run[Any], points: Points, progress: Progress, new: Points = ()
     ) -> TrainingState:
         """Return the state after a generation: of each seed the mean of the best distribution."""
         experiment, seeds = run.experiment, run.seeds
@@ -369,7 +369,7 @@ class Evolution(Learner):
             {f"leaf{i}": leaf for i, leaf in enumerate(jax.tree.leaves(progress))},
         )
 
-    def _searched(self, run: TrainingTask) -> TrainingState:
+    def _searched(self, run: Run[Any]) -> TrainingState:
         """Search the gain σ of a pure V model."""
         gain, fitness = best_gain(run.experiment, self.workers)
         outcome = {"seed": run.seeds[0], "best_fitness": fitness, "ended": SEARCH}

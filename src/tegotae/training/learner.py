@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import version
-from typing import ClassVar, NamedTuple, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeAlias
 
 import jax
 import numpy as np
@@ -17,9 +17,11 @@ from tegotae._support.part_code import code_of
 from tegotae.parts.controller import Controller
 from tegotae.parts.parameters import Part
 from tegotae.systems.descriptions import describe
+from tegotae.systems.experiment import Trainable
 from tegotae.systems.registry import name_of
-from tegotae.training.scoring import evaluator_of
-from tegotae.training.trainable import Trainable
+
+if TYPE_CHECKING:
+    from tegotae.training.run import Run
 
 
 class CurvePoint(NamedTuple):
@@ -75,20 +77,6 @@ class TrainingState:
     arrays: Arrays = field(default_factory=dict[str, np.ndarray])
 
 
-class TrainingTask(Protocol):
-    """Task of a learner: a `tegotae.training.run.Run`."""
-
-    @property
-    def experiment(self) -> Trainable:
-        """Trained experiment."""
-        ...
-
-    @property
-    def seeds(self) -> tuple[int, ...]:
-        """Seeds of the runs."""
-        ...
-
-
 class Learner(Part, ABC):
     """A learning algorithm and its budget: a frozen dataclass of settings.
 
@@ -107,13 +95,13 @@ class Learner(Part, ABC):
     def engine(self, experiment: Trainable) -> str:
         """Return the engine that decides the numbers; by default that of the experiment's
         evaluator."""
-        with evaluator_of(experiment) as evaluator:
+        with experiment.evaluator() as evaluator:
             return evaluator.engine
 
-    def check(self, run: TrainingTask) -> None:
+    def check(self, run: Run[Any]) -> None:
         """Raise `TegotaeError` for an experiment that it cannot learn."""
 
-    def configuration(self, run: TrainingTask) -> JsonObject:
+    def configuration(self, run: Run[Any]) -> JsonObject:
         """Return the settings that decide the result, except its duration, as JSON values.
 
         By default these are the experiment, the seeds, and all settings with the code of the class.
@@ -128,13 +116,11 @@ class Learner(Part, ABC):
         }
 
     @abstractmethod
-    def length(self, run: TrainingTask) -> int:
+    def length(self, run: Run[Any]) -> int:
         """Return the number of steps of a whole training."""
 
     @abstractmethod
-    def learn(
-        self, run: TrainingTask, state: TrainingState | None = None
-    ) -> Iterator[TrainingState]:
+    def learn(self, run: Run[Any], state: TrainingState | None = None) -> Iterator[TrainingState]:
         """Learn, and yield the state after each step.
 
         Args:
@@ -143,7 +129,7 @@ class Learner(Part, ABC):
         """
 
     @abstractmethod
-    def resumed(self, run: TrainingTask, points: Points, arrays: Arrays) -> TrainingState:
+    def resumed(self, run: Run[Any], points: Points, arrays: Arrays) -> TrainingState:
         """Return the state that a training continues from.
 
         Args:
@@ -173,7 +159,7 @@ class SeedLearner(Learner):
         """Train a run, and yield the points of its learning curve with their weights.
 
         Args:
-            experiment: what is trained; `evaluator_of` scores weights in it.
+            experiment: what is trained; its `evaluator` scores weights.
             seed: of the weights and of all that is drawn.
         """
 
@@ -181,13 +167,11 @@ class SeedLearner(Learner):
         """Return the controller of the weights; by default the experiment's."""
         return experiment.controller
 
-    def length(self, run: TrainingTask) -> int:
+    def length(self, run: Run[Any]) -> int:
         """Return the steps of all seeds."""
         return len(run.seeds) * self.steps
 
-    def learn(
-        self, run: TrainingTask, state: TrainingState | None = None
-    ) -> Iterator[TrainingState]:
+    def learn(self, run: Run[Any], state: TrainingState | None = None) -> Iterator[TrainingState]:
         """Yield the state after each point of a learning curve.
 
         Seeds that are done are left as they are; one that was interrupted begins again, and ends in
@@ -220,7 +204,7 @@ class SeedLearner(Learner):
                     weights,
                 )
 
-    def resumed(self, run: TrainingTask, points: Points, arrays: Arrays) -> TrainingState:
+    def resumed(self, run: Run[Any], points: Points, arrays: Arrays) -> TrainingState:
         """Return the state with the best weights of every seed that has begun.
 
         Raises:
@@ -233,7 +217,7 @@ class SeedLearner(Learner):
         return TrainingState(points=points, learned=learned, arrays=arrays)
 
     def _learned(
-        self, run: TrainingTask, points: Points, weights: Arrays
+        self, run: Run[Any], points: Points, weights: Arrays
     ) -> tuple[LearnedController, ...]:
         """Return the controller of each seed's best point."""
         learned = []

@@ -38,7 +38,7 @@ from tegotae._support.workplace import TRAINING, alone
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.descriptions import check_kept
-from tegotae.systems.experiment import Experiment
+from tegotae.systems.experiment import Trainable
 from tegotae.training.evolution import Evolution
 from tegotae.training.learner import (
     CurvePoint,
@@ -46,7 +46,6 @@ from tegotae.training.learner import (
     Learner,
     TrainingState,
 )
-from tegotae.training.trainable import Trainable
 
 LearnerT = TypeVar("LearnerT", bound=Learner)
 
@@ -341,7 +340,7 @@ def save_controller(
         dataclasses.replace(experiment.system, controller=learned.controller),
         learned.weights,
         name=experiment.name,
-        experiment=experiment if isinstance(experiment, Experiment) else None,
+        experiment=experiment if experiment.task is None else None,  # type: ignore[arg-type]
         task=experiment.task,
         training={**training, **learned.outcome},
         software=dict(software),

@@ -1,12 +1,11 @@
-"""Fitness evaluators on the engine or an environment, and the search for a vanilla controller's
-best gain."""
+"""The search for a vanilla controller's best gain, on the engine or an environment."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -14,29 +13,10 @@ import pandas as pd
 from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
 from tegotae.measures.objectives.objective import Scores
-from tegotae.simulation.draws import Randomization
-from tegotae.systems.experiment import Experiment
-from tegotae.training.evaluator import EngineEvaluator, Evaluator
-from tegotae.training.trainable import Trainable
+from tegotae.systems.experiment import Trainable
 
 if TYPE_CHECKING:
     from tegotae.training.environments.experiment import EnvExperiment
-
-
-def evaluator_of(experiment: Any, workers: int | None = None) -> Evaluator:
-    """Return the evaluator of candidate weights' fitness in an experiment.
-
-    Args:
-        experiment: an `Experiment`, or one on an environment.
-        workers: worker processes of an environment, one a core by default; the engine needs none.
-    """
-    if not isinstance(experiment, Experiment):
-        from tegotae.training.environments.evaluator import EnvEvaluator
-
-        return EnvEvaluator(experiment, workers)
-    varied = Randomization(experiment.conditions, experiment.body, experiment.scenario)
-    rollout = experiment.system.rollout()
-    return EngineEvaluator(rollout, experiment.measure, varied, experiment.episodes)
 
 
 def best_gain(experiment: Trainable, workers: int | None = None) -> tuple[float, float]:
@@ -66,7 +46,7 @@ def gains_tried(experiment: Trainable, gains: np.ndarray, workers: int | None = 
         gains: what is tried [rad/(s N)], [gains].
         workers: worker processes, where episodes are not the engine's.
     """
-    with evaluator_of(experiment, workers) as evaluator:
+    with experiment.evaluator(workers) as evaluator:
         return evaluator.alike(gains[:, None])
 
 

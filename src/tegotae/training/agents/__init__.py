@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, ClassVar
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae.parts.controller import Controller
 from tegotae.parts.parameters import Part, finite, not_negative, positive, whole
+from tegotae.systems.experiment import Trainable
 from tegotae.systems.registry import name_of
-from tegotae.training.trainable import Trainable
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm

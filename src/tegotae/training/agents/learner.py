@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -15,12 +15,14 @@ from tegotae.parts.bodies import require_one_limb
 from tegotae.parts.controller import Controller
 from tegotae.parts.parameters import whole
 from tegotae.simulation.integrators import PredictorCorrector
-from tegotae.systems.experiment import Experiment
+from tegotae.systems.experiment import Experiment, Trainable
 from tegotae.systems.system import Release
 from tegotae.training.agents import AgentSettings, SACSettings, agent_controller
 from tegotae.training.algorithms import algorithm_document
-from tegotae.training.learner import CurvePoint, SeedLearner, TrainingTask, versions_of
-from tegotae.training.trainable import Trainable
+from tegotae.training.learner import CurvePoint, SeedLearner, versions_of
+
+if TYPE_CHECKING:
+    from tegotae.training.run import Run
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,17 +58,17 @@ class AgentLearner(SeedLearner):
         """Return XLA's engine: an agent acts within every episode, tick by tick."""
         return XLA
 
-    def check(self, run: TrainingTask) -> None:
+    def check(self, run: Run[Any]) -> None:
         """Raise `TegotaeError` for an experiment that an agent cannot learn.
 
         That is a controller without a meaning for agents; on the engine also a body of several
         limbs, conditions that change, an integrator or a release of its own.
         """
-        if isinstance(run.experiment, Experiment):
-            _check_on_engine(run.experiment)
+        if run.experiment.task is None:
+            _check_on_engine(run.experiment)  # type: ignore[arg-type]
         agent_controller(run.experiment, self.settings)
 
-    def configuration(self, run: TrainingTask) -> JsonObject:
+    def configuration(self, run: Run[Any]) -> JsonObject:
         """Return the settings that decide a seed's result, except the number of episodes, as JSON
         values."""
         return {

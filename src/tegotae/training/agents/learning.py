@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -24,10 +25,9 @@ from tegotae.simulation.rollout import Rollout, Scenario
 from tegotae.systems.experiment import Experiment
 from tegotae.training.agents import AgentSettings, agent_controller
 from tegotae.training.learner import CurvePoint, initial_weights
-from tegotae.training.trainable import Trainable
 
 
-def agent_task(experiment: Trainable, settings: AgentSettings) -> AgentTask:
+def agent_task(experiment: Any, settings: AgentSettings) -> AgentTask:
     """Return an experiment as an agent learns it.
 
     On the engine the deterministic policy is judged by the experiment's objective without ΔΩ, in an
@@ -37,10 +37,10 @@ def agent_task(experiment: Trainable, settings: AgentSettings) -> AgentTask:
     Raises:
         TegotaeError: for a controller without a meaning for agents.
     """
-    if not isinstance(experiment, Experiment):
+    if experiment.task is not None:
         from tegotae.training.agents.on_environment import task_on_environment
 
-        return task_on_environment(experiment, settings)  # type: ignore[arg-type]
+        return task_on_environment(experiment, settings)
     body, omega = experiment.body, experiment.omega
     controller = agent_controller(experiment, settings)
     objective = experiment.objective.without_frequency()

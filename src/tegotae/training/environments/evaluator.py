@@ -16,10 +16,10 @@ import numpy as np
 from tegotae._support.engines import available_cores, require_workers
 from tegotae._support.errors import TegotaeError, require_count
 from tegotae._support.workers import assigned_cores, ctrl_c_held_back, end_with_parent
+from tegotae.measures.objectives.evaluator import Evaluator, Generation
 from tegotae.measures.objectives.objective import Scores
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.rollouts import EnvRollouts, Trials
-from tegotae.training.evaluator import Evaluator, Generation
 
 _LANES = 64
 """Candidates that are tried side by side at most."""

@@ -19,14 +19,14 @@ from tegotae.envs.contact import with_contact
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.wires import Wires, controller_of_wiring, look_up
 from tegotae.envs.wiring import Wiring, read_by, wiring_document, wiring_of
+from tegotae.measures.objectives.evaluator import Evaluator
 from tegotae.parts.bodies import Interface
-from tegotae.parts.controller import Controller
 from tegotae.parts.parameters import Part, positive, whole
 from tegotae.parts.units import Units
 from tegotae.systems.controller_file import ControllerSet, SavedController
 from tegotae.systems.descriptions import describe, restore
 from tegotae.systems.env_documents import EnvTask, WiringDocument
-from tegotae.systems.experiment import require_name
+from tegotae.systems.experiment import Trainable, require_name
 from tegotae.systems.recipe import Recipe
 from tegotae.systems.registry import require_named
 from tegotae.systems.system import System
@@ -43,7 +43,7 @@ _OF_EPISODES = ("duration_s", "episodes", "seed", "evaluation_episodes")
 
 
 @dataclass(frozen=True, kw_only=True)
-class EnvExperiment(Part):
+class EnvExperiment(Part, Trainable):
     """An experiment on an environment; `tegotae.training.run.Run` takes it as any other.
 
     Args:
@@ -158,25 +158,17 @@ class EnvExperiment(Part):
         fields = {"name": recipe.name, "spec": spec, "wiring": wiring, "objective": objective}
         return cls(**{**fields, **settings})
 
-    @property
-    def controller(self) -> Controller:
-        """The structure whose weights are learned: a unit a limb."""
-        return controller_of_wiring(self.wiring)
-
-    @property
-    def omega(self) -> float | None:
-        """Prescribed frequency [rad/s]."""
-        return self.wiring.omega
-
     @cached_property
-    def interface(self) -> Interface:
-        """Return the controller's interface to the limbs; None for entries that the wiring
-        lacks."""
-        controller, wiring = self.controller, self.wiring
+    def system(self) -> System:  # type: ignore[override]
+        """The closed loop, as far as it is here: a unit a limb, their interface and ω.
+
+        The interface has None for entries that the wiring lacks.
+        """
+        controller, wiring = controller_of_wiring(self.wiring), self.wiring
         senses = tuple(read_by(controller))
         scales = {name: float(scale) for name, scale in wiring.scales.items()}
         rest_m = wiring.rest_length_m
-        return Interface(
+        interface = Interface(
             senses=senses,
             scales=tuple(scales.get(name) for name in senses),
             limbs=controller.limbs,
@@ -185,11 +177,7 @@ class EnvExperiment(Part):
             rest_length_m=None if rest_m is None else float(rest_m),
             feedback_scale=scales.get("feedback"),
         )
-
-    @property
-    def system(self) -> System:
-        """The closed loop, as far as it is here: controller, interface and ω."""
-        return System(controller=self.controller, body=self.interface, omega=self.omega)
+        return System(controller=controller, body=interface, omega=wiring.omega)
 
     @property
     def task(self) -> EnvTask:
@@ -292,24 +280,15 @@ class EnvExperiment(Part):
         drawn = np.random.SeedSequence([self.seed, *key]).generate_state(self.episodes)
         return drawn[None].astype(np.int64)
 
-    @property
-    def searched_in(self) -> tuple[EnvExperiment, ...]:
-        """Experiments whose mean fitness a search for the gain maximises: this one alone."""
-        return (self,)
+    def evaluator(self, workers: int | None = None) -> Evaluator:
+        """Return the evaluator of candidate weights' fitness (`EnvEvaluator`).
 
-    def without_frequency(self) -> EnvExperiment:
-        """Return the experiment as agents learn it: the same."""
-        return self
+        Args:
+            workers: worker processes; one a core by default, and none for a MuJoCo model.
+        """
+        from tegotae.training.environments.evaluator import EnvEvaluator
 
-    @property
-    def cot_unit(self) -> str:
-        """Unit of CoT⁻¹."""
-        return "m/J"
-
-    @property
-    def is_searched(self) -> bool:
-        """True if the only trained parameter is a constant gain σ, which a search finds."""
-        return self.controller.has_a_gain_alone
+        return EnvEvaluator(self, workers)
 
     @property
     def gains(self) -> np.ndarray:
@@ -328,7 +307,7 @@ class EnvExperiment(Part):
             "name": self.name,
             "controller": describe(self.controller),
             "omega": self.omega,
-            "body": describe(self.interface),
+            "body": describe(self.system.body),
             **msgspec.to_builtins(self.task),
         }
 
