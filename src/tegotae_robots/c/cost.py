@@ -93,17 +93,13 @@ def systems(models: Sequence[str]) -> list[Export]:
     Raises:
         TegotaeError: for an unknown model, or a file that is no controller.
     """
-    return [
-        _export_of_file(name) if Path(name).is_file() else _random_export(name) for name in models
-    ]
+    return [_export_of(name) for name in models]
 
 
-def _export_of_file(name: str) -> Export:
-    saved = resolve(name).controller()
-    return Export(saved, tick_s=usual_tick_s(saved))
-
-
-def _random_export(name: str) -> Export:
+def _export_of(name: str) -> Export:
+    if Path(name).is_file():
+        saved = resolve(name).controller()
+        return Export(saved, tick_s=usual_tick_s(saved))
     model = recipe(name)
     controller = model.controller()
     weights = np.asarray(controller.initial(jax.random.key(0)))

@@ -47,19 +47,17 @@ class Library:
     def name_of(self, procedure: Procedure) -> str:
         """Return the name of a procedure in C; the first call writes the procedure."""
         if id(procedure) not in self.names:
-            name, lines, results = self._body(procedure)
+            body = Statements(self, procedure.parameters)
+            results = body.all(procedure.results)
+            name = c_name(procedure.name, self.taken)
             parameters = ", ".join(f"{node.kind} {node.detail}" for node in procedure.inputs)
             kinds = [node.kind for node in procedure.results]
-            text = c_function(name, parameters, lines, results, kinds, comment=procedure.summary)
+            text = c_function(
+                name, parameters, body.lines, results, kinds, comment=procedure.summary
+            )
             self.names[id(procedure)] = name
             self.procedures.append(text)
         return self.names[id(procedure)]
-
-    def _body(self, procedure: Procedure) -> tuple[str, list[str], list[str]]:
-        """Return a procedure's name, its statements, and the texts of its results."""
-        body = Statements(self, procedure.parameters)
-        results = body.all(procedure.results)
-        return c_name(procedure.name, self.taken), body.lines, results
 
 
 _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
@@ -148,9 +146,13 @@ class Statements:
         leaf = node.operation in ("literal", "given", "result")
         if leaf or (self._uses[node] == 1 and len(text) <= _LONGEST):
             return text, binds
+        return self._named(node, text), ATOM
+
+    def _named(self, node: Node, text: str) -> str:
+        """Return a new name for a value, with the statement that gives it."""
         name = c_name(_source_name(node), self.taken)
         self.lines.append(f"const {node.kind} {name} = {text};")
-        return name, ATOM
+        return name
 
     def _expression(self, node: Node) -> tuple[str, int]:
         if node.operation == "literal":
@@ -179,9 +181,7 @@ class Statements:
 
     def _variable(self, node: Node) -> str:
         """Return a name for a value, even if it is used only once."""
-        text, _ = self._texts[node]
-        name = c_name(_source_name(node), self.taken)
-        self.lines.append(f"const {node.kind} {name} = {text};")
+        name = self._named(node, self._texts[node][0])
         self._texts[node] = name, ATOM
         return name
 

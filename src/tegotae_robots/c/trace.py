@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -53,7 +54,7 @@ class TracedTick:
     def __init__(self, robot: RobotController, *, averages: bool) -> None:
         self._controller = robot.controller
         self._averages = averages
-        self._reader = CReader()
+        self._trace = functools.partial(traced, CReader())
         oscillator = self._controller.oscillator
         self._signals = (*robot.senses, *(oscillator.SIGNALS if oscillator else ()))
         self._scales = {name: scale_name(name) for name in robot.signal_scales}
@@ -75,20 +76,17 @@ class TracedTick:
         for role, term in controller.terms.items():
             yield self._term(role, term, unit[role])
         if law := controller.tegotae:
-            yield self._trace(
-                "feedback_law",
-                lambda values: law.feedback(**values),
-                ("feedback",),
-                "The Tegotae feedback f = G A' R [rad/s].",
-                values={name: name for name in ("action", "reaction", "gain")},
-            )
+            comment = "The Tegotae feedback f = G A' R [rad/s]."
+            terms = {name: name for name in ("action", "reaction", "gain")}
+            yield self._trace("feedback_law", law.feedback, ("feedback",), comment, **terms)
         else:
+            comment, none = "There is no Tegotae feedback.", "nothing"
             yield self._trace(
                 "feedback_law",
                 lambda nothing: jnp.zeros_like(nothing),
                 ("feedback",),
-                "There is no Tegotae feedback.",
-                nothing="nothing",
+                comment,
+                nothing=none,
             )
         if self._averages and oscillator is not None:
             comment = "The phase at the end of the tick [rad], whole turns not taken off."
@@ -98,16 +96,6 @@ class TracedTick:
             comment = f"The oscillator a tick later, its rate held: {_first_sentence(oscillator)}"
             names = self.state_names
             yield self._ahead(oscillator, "advanced", oscillator.settle, names, comment)
-
-    def _trace(
-        self,
-        name: str,
-        function: Callable[..., ArrayTree],
-        results: Sequence[str],
-        comment: str,
-        **inputs: Texts,
-    ) -> Piece:
-        return traced(self._reader, name, function, results, comment, **inputs)
 
     def _inputs(self, values: _Arrays, scales: _Arrays) -> Signals:
         return Signals(values, {name: scale.reshape(()) for name, scale in scales.items()})
@@ -128,13 +116,9 @@ class TracedTick:
         def phase_of(state: Sequence[jax.Array]) -> jax.Array:
             return oscillator.phase(self._from_leaves(state))
 
-        comment = "The oscillator at a phase [rad]."
+        comment, start = "The oscillator at a phase [rad].", oscillator.start
         yield self._trace(
-            "started",
-            lambda phase: oscillator.start(phase),
-            self.state_names,
-            comment,
-            phase="phase",
+            "started", lambda phase: start(phase), self.state_names, comment, phase="phase"
         )
         comment = "What the terms read of the oscillator."
         yield self._trace("rhythm", rhythm, names, comment, state=state)

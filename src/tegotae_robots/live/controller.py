@@ -121,6 +121,12 @@ class LiveController:
     ) -> None:
         self._native = native
         self._clock = clock
+        self.senses = native.senses
+        """The signals that a step takes."""
+        self.commands = native.commands
+        """Names of the commands of a step, limb by limb, such as a force [N]."""
+        self.limbs = native.limbs
+        """Number of limbs."""
         self._step = native.step()
         inputs, outputs = self._step.inputs, self._step.outputs
         self._signals = tuple(
@@ -262,21 +268,6 @@ class LiveController:
                 f"each of {self.limbs} limbs"
             )
         return phase
-
-    @property
-    def senses(self) -> tuple[str, ...]:
-        """The signals that a step takes."""
-        return self._native.senses
-
-    @property
-    def commands(self) -> tuple[str, ...]:
-        """Names of the commands of a step, limb by limb, such as a force [N]."""
-        return self._native.commands
-
-    @property
-    def limbs(self) -> int:
-        """Number of limbs."""
-        return self._native.limbs
 
     @property
     def phase_rad(self) -> np.ndarray:

@@ -37,6 +37,12 @@ class Sensation(NamedTuple):
     scales: Mapping[str, Number]
     """Divisors that make each quantity dimensionless for a network, in the same units."""
 
+    @classmethod
+    def from_pairs(cls, **quantities: tuple[PerLimb, Number]) -> Sensation:
+        """Return the readings of quantities, each with its scale."""
+        values = {name: value for name, (value, _) in quantities.items()}
+        return cls(values, {name: scale for name, (_, scale) in quantities.items()})
+
 
 class Push(NamedTuple):
     """The actuator force over one tick, linear in time: mean + rise · (share of the tick - ½).

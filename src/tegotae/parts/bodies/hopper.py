@@ -196,9 +196,10 @@ class Hopper(SpringLegs):
         clearance = state.height - ground_m
         spring = self.spring(jnp.maximum(self.rest_length_m - clearance, 0.0))
         speed = jnp.sqrt(self.gravity_m_per_s2 * self.rest_length_m)
-        return Sensation(
-            {"spring_force": spring, "velocity": state.velocity, "height": clearance},
-            {"spring_force": self.weight_n, "velocity": speed, "height": self.rest_length_m},
+        return Sensation.from_pairs(
+            spring_force=(spring, self.weight_n),
+            velocity=(state.velocity, speed),
+            height=(clearance, self.rest_length_m),
         )
 
     def _law(self, stance: jax.Array, force_n: jax.Array, rise_n_per_s: jax.Array | float) -> Law:

@@ -201,27 +201,22 @@ class Upright(SpringLegs):
         """
         over = self._over_touchdown(state, ground_m)
         spring = _per_limb(self.stiffness_n_per_m, over) * self._pressed(over)
-        values = {
-            "spring_force": spring,
-            "velocity": self._frame(state.place[0]).hips(state.rate),
-            "height": over + _per_limb(self.rest_length_m, over),
-        }
-        scales = {
-            "spring_force": self.mass_kg * self.gravity_m_per_s2,
-            "velocity": jnp.sqrt(self.gravity_m_per_s2 * self.rest_length_m),
-            "height": self.rest_length_m,
-        }
+        felt: dict[str, tuple[jax.Array, Number]] = {}
         for mode, turn in enumerate(self.turns, 1):
-            if turn.name not in self.SENSES:
-                continue
-            steep = self.rest_length_m / turn.reach_m
-            felt = {
-                turn.name: (state.place[mode], steep),
-                f"{turn.name}_rate": (state.rate[mode], steep * self.rate_scale),
-            }
-            for name, (value, scale) in felt.items():
-                values[name], scales[name] = _per_limb(value, over), scale
-        return Sensation(values, scales)
+            if turn.name in self.SENSES:
+                steep = self.rest_length_m / turn.reach_m
+                felt[turn.name] = _per_limb(state.place[mode], over), steep
+                rate = _per_limb(state.rate[mode], over)
+                felt[f"{turn.name}_rate"] = rate, steep * self.rate_scale
+        return Sensation.from_pairs(
+            spring_force=(spring, self.mass_kg * self.gravity_m_per_s2),
+            velocity=(
+                self._frame(state.place[0]).hips(state.rate),
+                jnp.sqrt(self.gravity_m_per_s2 * self.rest_length_m),
+            ),
+            height=(over + _per_limb(self.rest_length_m, over), self.rest_length_m),
+            **felt,
+        )
 
     def _law(self, stance: jax.Array, force_n: jax.Array, rise_n_per_s: jax.Array) -> Law:
         def in_stance(x: Number) -> jax.Array:

@@ -154,33 +154,22 @@ class Walker(WalkerNumbers, Body):  # type: ignore[override] - a property is its
         per_leg = partial(jnp.broadcast_to, shape=load.shape)
         rolls, roll_rates, pitches, yaws = map(per_leg, (roll, state.turn[0], pitch, yaw))
         zero = jnp.zeros_like(load)
-        return Sensation(
-            {
-                "spring_force": jnp.where(contact, load, zero),
-                "spring_force_rate": jnp.where(contact & (load > 0.0), rate, zero),
-                "pitch": pitches,
-                "roll": rolls,
-                "pitch_rate": per_leg(state.turn[1]),
-                "roll_rate": roll_rates,
-                "side_roll": lateral * rolls,
-                "side_roll_rate": lateral * roll_rates,
-                "end_pitch": -front * pitches,
-                "side_yaw": lateral * yaws,
-                "speed": per_leg(moves[0][0]),
-            },
-            {
-                "spring_force": self.weight_n,
-                "spring_force_rate": self.weight_n * self.rate_scale,
-                "pitch": 1.0,
-                "roll": 1.0,
-                "pitch_rate": self.rate_scale,
-                "roll_rate": self.rate_scale,
-                "side_roll": 1.0,
-                "side_roll_rate": self.rate_scale,
-                "end_pitch": 1.0,
-                "side_yaw": 1.0,
-                "speed": jnp.sqrt(self.gravity_m_per_s2 * self.rest_length_m),
-            },
+        turning = self.rate_scale
+        return Sensation.from_pairs(
+            spring_force=(jnp.where(contact, load, zero), self.weight_n),
+            spring_force_rate=(
+                jnp.where(contact & (load > 0.0), rate, zero),
+                self.weight_n * turning,
+            ),
+            pitch=(pitches, 1.0),
+            roll=(rolls, 1.0),
+            pitch_rate=(per_leg(state.turn[1]), turning),
+            roll_rate=(roll_rates, turning),
+            side_roll=(lateral * rolls, 1.0),
+            side_roll_rate=(lateral * roll_rates, turning),
+            end_pitch=(-front * pitches, 1.0),
+            side_yaw=(lateral * yaws, 1.0),
+            speed=(per_leg(moves[0][0]), jnp.sqrt(self.gravity_m_per_s2 * self.rest_length_m)),
         )
 
     def predict(
