@@ -536,11 +536,6 @@ def over_bound(kept: pd.DataFrame) -> pd.Series:
     return kept.cost_of_transport / bound(Walker(), kept.speed, kept.longest_stance)
 
 
-def stage(name: str, speed: float) -> float:
-    """The cost that a stage of the search for the limit reached at a speed."""
-    return rows("legs_limit/stages", stage=name, speed=speed).cost_of_transport.item()
-
-
 def searched(speed: float) -> float:
     """What the search alone shows between its speeds: a straight line in log CoT, as for limits."""
     kept = legs_limit().query("source == 'search'")

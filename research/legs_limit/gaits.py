@@ -7,7 +7,6 @@ decoded to the weights of four such legs and a frequency.
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -45,12 +44,10 @@ def _waves(signals: Signals, harmonics: int) -> list[jax.Array]:
 
 @dataclass(frozen=True)
 class TimedEllipse(Actuation):
-    """A foot on C's ellipse, at the phase nθ + Σ aₖ cos kθ + bₖ sin kθ: any way round in time."""
+    """A foot on C's ellipse, at the phase θ + Σ aₖ cos kθ + bₖ sin kθ: any way round in time."""
 
     COMMANDS = FOOT
     harmonics: int = 3
-    turns: int = 1
-    """Number of rounds of the foot in a turn of θ."""
     around: EllipticFoot = legged_named("quadruped-c").controller.actuation  # type: ignore[assignment]
 
     @property
@@ -84,9 +81,7 @@ class TimedEllipse(Actuation):
 
     def timed(self, weights, waves: list[jax.Array]) -> Signals:
         """Return the sine and cosine of the phase on the ellipse."""
-        phase = Signals(
-            {"cos_phase": waves[2 * self.turns - 2], "sin_phase": waves[2 * self.turns - 1]}
-        )
+        phase = Signals({"cos_phase": waves[0], "sin_phase": waves[1]})
         return turned(phase, series(weights, waves))
 
 
@@ -149,54 +144,38 @@ def turned(signals: Signals, angle) -> Signals:
 class Space:
     """A set of gaits, as vectors of numbers of about one in size.
 
-    A vector is a logarithm of the frequency, lags, and the series of every leg that has its own.
+    A vector is a logarithm of the frequency, the lag of the hind legs, and the series of a fore and
+    a hind leg; the right legs do as the left ones half a stride later.
 
     Args:
         feet: "free" or "ellipse".
-        steps: 1: the right legs do as the left ones half a stride later. 2: each leg by itself.
-            4: each leg by itself, and all is repeated every second stride alone.
         harmonics: of a stride.
     """
 
     feet: str = "free"
-    steps: int = 1
     harmonics: int = 3
-
-    @property
-    def name(self) -> str:
-        """Short, for files."""
-        return f"{self.feet}-{self.steps}-{self.harmonics}"
 
     @property
     def foot(self) -> TimedEllipse:
         """Return the actuation of a foot."""
-        turns = 2 if self.steps == 4 else 1
-        kind = FreeFoot if self.feet == "free" else TimedEllipse
-        return kind(turns * self.harmonics, turns)
+        return (FreeFoot if self.feet == "free" else TimedEllipse)(self.harmonics)
 
     @property
     def size(self) -> int:
         """Return the length of a vector."""
-        n = self.foot.n_weights
-        return 2 + 2 * n if self.steps == 1 else 4 + 4 * n
+        return 2 + 2 * self.foot.n_weights
 
     def decoded(self, x: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, Scenario]:
         """Return the weights [lanes, 4 n] and release of vectors [lanes, size], for speeds
         [lanes].
         """
-        n, scale = self.foot.n_weights, self.foot.scale
+        fore, hind = np.split(x[:, 2:], 2, axis=1)
         omega = np.clip(np.pi * speed / 0.6 * np.exp(x[:, 0]), *OMEGAS)
-        if self.steps == 1:
-            fore, hind = x[:, 2 : 2 + n], x[:, 2 + n :]
-            legs = [fore, fore, hind, hind]
-            lags = [0.0 * x[:, 1], 0.0 * x[:, 1] + 0.5, x[:, 1], x[:, 1] + 0.5]
-        else:
-            legs = [x[:, 4 + k * n : 4 + (k + 1) * n] for k in range(4)]
-            lags = [0.0 * x[:, 1], x[:, 1], x[:, 2], x[:, 3]]
-        halves = 0.5 if self.steps == 4 else 1.0
-        weights = np.concatenate([leg * scale for leg in legs], axis=1)
-        phase = 2.0 * np.pi * halves * np.stack(lags)
-        return weights, Scenario(omega=halves * omega, phase_rad=phase, height_m=RELEASE_M)
+        weights = np.concatenate([leg * self.foot.scale for leg in (fore, fore, hind, hind)], 1)
+        lags = [0.0 * x[:, 1], 0.0 * x[:, 1] + 0.5, x[:, 1], x[:, 1] + 0.5]
+        return weights, Scenario(
+            omega=omega, phase_rad=2.0 * np.pi * np.stack(lags), height_m=RELEASE_M
+        )
 
     def rollout(self, summary, timing: Timing) -> Rollout:
         """Return the engine that simulates its gaits."""
@@ -204,49 +183,34 @@ class Space:
         return Rollout(controller=legs, timing=timing, summary=summary)
 
     def random(self, rng: np.random.Generator) -> np.ndarray:
-        """Return a random start: any frequency and lags, and an ellipse of any size if it is
+        """Return a random start: any frequency and lag, and an ellipse of any size if it is
         free.
         """
         x = np.zeros(self.size)
-        n, lags = self.foot.n_weights, 1 if self.steps == 1 else 3
-        x[0], x[1 : 1 + lags] = 0.3 * rng.normal(), rng.uniform(size=lags)
-        shape = rng.normal(size=self.foot.shape)
-        for leg in x[1 + lags :].reshape(-1, n):
-            leg[: self.foot.shape] = shape
+        x[:2] = 0.3 * rng.normal(), rng.uniform()
+        x[2:].reshape(2, -1)[:, : self.foot.shape] = rng.normal(size=self.foot.shape)
         return x
 
     def from_space(self, source: Space, x: np.ndarray) -> np.ndarray:
-        """Convert a vector of another space, of no more steps and no freer feet, to this space."""
-        n = source.foot.n_weights
-        if source.steps == 1:
-            legs, lags = [x[2 : 2 + n]] * 2 + [x[2 + n :]] * 2, [0.5, x[1], x[1] + 0.5]
-        else:
-            legs, lags = [x[4 + k * n : 4 + (k + 1) * n] for k in range(4)], list(x[1:4])
-        twice = 2 if self.steps == 4 and source.steps != 4 else 1
-        legs = [self._leg(leg * source.foot.scale, source, twice) / self.foot.scale for leg in legs]
-        if self.steps == 1:
-            return np.concatenate([[x[0], lags[1]], legs[0], legs[2]])
-        return np.concatenate([[x[0]], lags, *legs])
+        """Convert a vector of another space, of no freer feet, to this space."""
+        fore, hind = (self._leg(leg, source) for leg in np.split(x[2:], 2))
+        return np.concatenate([x[:2], fore, hind])
 
-    def _leg(self, leg: np.ndarray, source: Space, twice: int) -> np.ndarray:
-        """Return a leg's weights with another number of waves; wave k becomes wave k · twice."""
-        mine, shape = np.zeros(self.foot.n_weights), source.foot.shape
+    def _leg(self, leg: np.ndarray, source: Space) -> np.ndarray:
+        """Return a leg's numbers with another number of waves."""
+        shape = source.foot.shape
+        mine = np.zeros(self.foot.n_weights)
         mine[:shape] = leg[:shape]
-        waves = leg[shape:].reshape(-1, 2 * source.foot.harmonics)
+        waves = (leg * source.foot.scale)[shape:].reshape(-1, 2 * source.foot.harmonics)
         to = mine[self.foot.shape :].reshape(-1, 2 * self.foot.harmonics)
-        for k in range(min(source.foot.harmonics, self.foot.harmonics // twice)):
-            offset = 2 * ((k + 1) * twice - 1)
-            to[: len(waves), offset : offset + 2] = waves[:, 2 * k : 2 * k + 2]
+        kept = 2 * min(source.foot.harmonics, self.foot.harmonics)
+        to[: len(waves), :kept] = waves[:, :kept]
+        mine[self.foot.shape :] /= self.foot.scale[self.foot.shape :]
         return mine
 
 
 RELEASE_M = 0.62
 """Height of the mass at the release [l0]."""
-
-
-def replaced(space: Space, **changes) -> Space:
-    """Return another space."""
-    return dataclasses.replace(space, **changes)
 
 
 class Walked(NamedTuple):

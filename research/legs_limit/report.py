@@ -1,4 +1,4 @@
-"""The kept limit, its tables and figures, from what the search has found."""
+"""The kept limit, its table and its figure, from what the search has found."""
 
 from __future__ import annotations
 
@@ -28,7 +28,6 @@ from tegotae.simulation.rollout import Timing
 from tegotae.systems.vanilla import legged_named
 
 ROOT = Path(__file__).resolve().parents[2]
-TABLES = GAITS.parent
 FINE = Timing(duration_s=108.0, tick_s=0.004, frame_s=0.04)
 """Timing of the kept rollouts: ticks of a third, three times as long."""
 TOP = 4
@@ -40,7 +39,6 @@ Stages = dict[str, tuple[Space, np.ndarray, Found]]
 class Gait(NamedTuple):
     """A gait that was found, simulated finely."""
 
-    stage: str
     space: Space
     target: float
     x: np.ndarray
@@ -49,55 +47,44 @@ class Gait(NamedTuple):
     loss: float
 
 
-def report(stages: Stages, out: Path | None = None) -> None:
-    """Write all kept tables and texts.
+def report(stages: Stages) -> None:
+    """Write the kept gaits and the table, text and figure of their costs.
+
+    Kept gaits stay until there is a cheaper one, and so do learned walkers that are cheaper than
+    the search.
 
     Args:
         stages: by name, the space, the target speeds and the results.
-        out: folder for a report of these stages alone; else kept gaits stay until there is a
-            cheaper one, and so do learned walkers that are cheaper than the search.
     """
-    tables, table = (TABLES, KEPT) if out is None else (out, out / KEPT.name)
-    fine = {
-        name: finely(name, space, targets, result.x, result.loss)
-        for name, (space, targets, result) in stages.items()
-    }
-    every = [gait for gaits in fine.values() for gait in gaits]
-    if out is None:
-        for group in (group for feet in FEET for group in kept_gaits(feet)):
-            every += finely("kept", *group, np.zeros(len(group[1])))
+    every = []
+    for space, targets, result in stages.values():
+        every += finely(space, targets, result.x, result.loss)
+    for group in (group for feet in FEET for group in kept_gaits(feet)):
+        every += finely(*group, np.zeros(len(group[1])))
     best = {
         feet: [min(group, key=lambda gait: gait.loss) for group in by_speed(every, feet)]
         for feet in FEET
     }
     looked_at = {feet: [look(gait) for gait in gaits] for feet, gaits in best.items()}
-    rows = [
-        row(feet, *pair) for feet in FEET for pair in zip(best[feet], looked_at[feet], strict=True)
-    ]
-    if out is None:
-        rows = with_controllers(rows)
-    write_rows(table, rows, digits=5)
-    write_text(tables / GAITS.name, json.dumps([document(g) for f in FEET for g in best[f]]))
-    write_rows(tables / "stages.csv", of_stages(fine), digits=4, by=("stage",))
+    rows = with_controllers(
+        [
+            row(feet, *pair)
+            for feet in FEET
+            for pair in zip(best[feet], looked_at[feet], strict=True)
+        ]
+    )
+    write_rows(KEPT, rows, digits=5)
+    write_text(GAITS, json.dumps([document(g) for f in FEET for g in best[f]]))
     limit_table.cache_clear()
-    write_text(tables / "limit.md", markdown(rows))
-    write_text(tables / "stages.md", stages_markdown(tables))
+    write_text(KEPT.parent / "limit.md", markdown(rows))
     with styled():
-        save_figure(draw(rows, looked_at), tables / "limit.png")
-        if "free-1-3" in stages and "ellipse-1-3" in stages:
-            save_figure(draw_convergence(stages, tables), tables / "convergence.png")
-        further = {name: stage for name, stage in stages.items() if name.endswith("-f")}
-        if further:
-            save_figure(draw_further(further), tables / "further.png")
+        save_figure(draw(rows, looked_at), KEPT.parent / "limit.png")
 
 
-def finely(
-    name: str, space: Space, targets: np.ndarray, x: np.ndarray, coarse: np.ndarray
-) -> list[Gait]:
+def finely(space: Space, targets: np.ndarray, x: np.ndarray, coarse: np.ndarray) -> list[Gait]:
     """Evaluate the best gait of every speed with short ticks and for longer.
 
     Args:
-        name: of the stage.
         space: of the vectors.
         targets: speeds [starts].
         x: vectors [starts, size].
@@ -113,7 +100,7 @@ def finely(
         return []
     loss, speed, cost = losses(space, x[indices], targets[indices], FINE)
     return [
-        Gait(name, space, targets[k], x[k], speed[position], cost[position], loss[position])
+        Gait(space, targets[k], x[k], speed[position], cost[position], loss[position])
         for position, k in enumerate(indices)
     ]
 
@@ -197,7 +184,7 @@ def look(gait: Gait) -> Look:
     path = rollout.run(weights, scenario, Walker(), dtype="float64")
     time = np.asarray(path["time"], float).reshape(len(path["time"]), -1)[:, 0]
     total = np.asarray(path["stance"], float)[:, :, 0]
-    omega = float(np.ravel(scenario.omega)[0]) * (2.0 if gait.space.steps == 4 else 1.0)
+    omega = float(np.ravel(scenario.omega)[0])
     stride = 2.0 * np.pi / omega
     late = time > time[-1] - 8.0 * stride
     gained = np.diff(total, axis=0, prepend=total[:1])[late]
@@ -246,22 +233,11 @@ def document(gait: Gait) -> dict[str, Any]:
     space = gait.space
     return {
         "feet": space.feet,
-        "steps": space.steps,
         "harmonics": space.harmonics,
         "speed": gait.target,
         "cost_of_transport": round(gait.cost, 6),
         "x": [round(float(a), 7) for a in gait.x],
     }
-
-
-def of_stages(fine: dict[str, list[Gait]]) -> list[dict[str, Any]]:
-    """Return the least cost of every stage at every speed."""
-    rows = []
-    for name, gaits in fine.items():
-        for group in by_speed(gaits, gaits[0].space.feet) if gaits else ():
-            best = min(group, key=lambda g: g.loss)
-            rows.append({"stage": name, "speed": best.target, "cost_of_transport": best.cost})
-    return rows
 
 
 def markdown(rows: list[dict[str, Any]]) -> str:
@@ -286,31 +262,6 @@ def markdown(rows: list[dict[str, Any]]) -> str:
         elif r["omega"] > 0.0:  # those of controllers are rows of their own
             tied.append(cells)
     return f"{markdown_table(free)}\n{markdown_table(tied)}"
-
-
-def stages_markdown(tables: Path) -> str:
-    """Return the least cost of every search at every speed: one table per kind of feet, further
-    ones apart.
-    """
-    table = read_csv(tables / "stages.csv")
-    names = list(dict.fromkeys(table["stage"].tolist()))
-    speeds = sorted({float(v) for v in table["speed"]})
-    cells = {
-        (s, float(v)): float(c)
-        for s, v, c in zip(table["stage"], table["speed"], table["cost_of_transport"], strict=True)
-    }
-    rows = []
-    for feet, further in ((feet, further) for further in (False, True) for feet in FEET):
-        stages = [n for n in names if n.startswith(feet) and n.endswith("-f") == further]
-        if not stages:
-            continue
-        lines = [["speed", *(f"`{name}`" for name in stages)]]
-        for v in speeds:
-            if any((name, v) in cells for name in stages):
-                costs = [f"{cells[name, v]:.3f}" if (name, v) in cells else "–" for name in stages]
-                lines.append([f"{v:g}", *costs])
-        rows.append(markdown_table(lines))
-    return "\n".join(rows)
 
 
 def draw(rows: list[dict[str, Any]], looked_at: dict[str, list[Look]]) -> Figure:
@@ -405,65 +356,3 @@ def footfalls(axes: Axes, rows: list[dict[str, Any]], looks: list[Look]) -> None
     axes.set_xlabel("strides")
     axes.set_ylabel("speed")
     axes.set_title("stances, free feet: LH, LF, RF, RH")
-
-
-def draw_convergence(stages: Stages, tables: Path) -> Figure:
-    """Draw cost over the generations, start by start, and over the number of harmonics."""
-    figure = new_figure(PAGE_IN, 2.4)
-    axes = figure.subplots(1, 3)
-    for panel, speed in zip(axes, (0.3, 0.8), strict=False):
-        for colour, name in zip((COLOURS[0], COLOURS[4]), ("free-1-3", "ellipse-1-3"), strict=True):
-            if name not in stages:
-                continue
-            _, targets, result = stages[name]
-            for k in np.flatnonzero(targets == speed):
-                panel.plot(np.exp(result.history[:, k]), color=colour, lw=0.8)
-            panel.plot([], [], color=colour, label=name.partition("-")[0])
-        panel.set(yscale="log", ylim=(0.01, 5.0))
-        panel.set_title(f"speed {speed:g}: random starts")
-        panel.set_xlabel("generation")
-    axes[0].set_ylabel("cost of transport")
-    axes[0].legend()
-    table = read_csv(tables / "stages.csv")
-    speeds, names = np.array(table["speed"], float), np.asarray(table["stage"], str)
-    every = np.array(table["cost_of_transport"], float)
-    for colour, feet in zip((COLOURS[0], COLOURS[4]), FEET, strict=True):
-        for speed, line in ((0.4, "o-"), (1.0, "s--")):
-            points = []
-            for harmonics in (1, 3, 5):
-                mask = np.char.startswith(names, f"{feet}-1-{harmonics}") & (speeds == speed)
-                if mask.any():
-                    points.append((harmonics, every[mask].min()))
-            if points:
-                label = f"{feet}, {speed:g}"
-                axes[2].plot(*zip(*points, strict=True), line, ms=3, color=colour, label=label)
-    axes[2].set(yscale="log", ylim=(0.01, 5.0), xlabel="harmonics", title="after all searches")
-    axes[2].legend()
-    return figure
-
-
-def draw_further(stages: Stages) -> Figure:
-    """Draw cost over that of the kept gait, generation by generation, of searches that began
-    there.
-    """
-    speeds = sorted({float(v) for _, targets, _ in stages.values() for v in targets})
-    feet_there = [feet for feet in FEET if any(s.feet == feet for s, *_ in stages.values())]
-    figure = new_figure(PAGE_IN, 0.6 + 1.5 * len(feet_there))
-    panels = figure.subplots(len(feet_there), len(speeds), sharex=True, sharey="row", squeeze=False)
-    colours = dict(zip(sorted({n.partition("-")[2] for n in stages}), COLOURS, strict=False))
-    for axes, feet in zip(panels, feet_there, strict=True):
-        for panel, speed in zip(axes, speeds, strict=True):
-            for name, (space, targets, result) in stages.items():
-                if space.feet != feet:
-                    continue
-                lowest = result.history[:, targets == speed].min(axis=1)
-                label = f"{space.steps} step{'s' * (space.steps > 1)}, {space.harmonics} harmonics"
-                panel.plot(
-                    np.exp(lowest - lowest[0]), color=colours[name.partition("-")[2]], label=label
-                )
-            panel.set_title(f"{feet}, speed {speed:g}")
-        axes[0].set_ylabel("cost over the kept one")
-    for panel in panels[-1]:
-        panel.set_xlabel("generation")
-    figure.legend(*panels[-1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
-    return figure

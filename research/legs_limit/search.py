@@ -48,7 +48,7 @@ def kept_gaits(feet: str) -> list[tuple[Space, np.ndarray, np.ndarray]]:
     space.
     """
     entries = [gait for gait in json.loads(GAITS.read_text()) if gait["feet"] == feet]
-    spaces = [Space(feet, gait["steps"], gait["harmonics"]) for gait in entries]
+    spaces = [Space(feet, gait["harmonics"]) for gait in entries]
     groups = []
     for space in dict.fromkeys(spaces):
         mine = [gait for gait, candidate in zip(entries, spaces, strict=True) if candidate == space]
