@@ -1,10 +1,8 @@
-"""Pictures of a quadruped around the loss of a leg: frames in a row, courses over time, a film."""
+"""Frames of a quadruped around the loss of a leg."""
 
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import jax
@@ -14,13 +12,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from tegotae.analysis.gaits.releases import GaitRun, simulate_gaits
-from tegotae.figures.animation import FRAMES_PER_S, write_animation
-from tegotae.figures.gaits.animation import LegPositions, moving, pose
+from tegotae.figures.gaits.animation import LegPositions, pose
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure
 from tegotae.parts.fields import replace
-from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.schedules import Step
+from tegotae.simulation.summaries import whole_trajectory
 from tegotae.simulation.world import with_changes
 from tegotae.systems.legged import Legged, random_phases
 
@@ -32,18 +29,6 @@ SEED = 7
 """Seed of the phases at release; no training or evaluation has it."""
 SHOWN_S = (-0.5, 0.5, 1.0, 1.5, 2.5, 4.0)
 """Times after the loss of the frames in a row."""
-FILM_S = (-1.0, 5.0)
-"""Start and end of a film, relative to the loss."""
-SLOWER = 1.0
-"""Seconds of the film for a unit of time."""
-
-
-@dataclass(frozen=True)
-class _Whole:
-    """A summary that keeps the trajectory."""
-
-    def __call__(self, trajectory: Any, scenario: Any, body: Any, timing: Timing) -> Any:
-        return trajectory
 
 
 def loses(legged: Legged, leg: str) -> GaitRun:
@@ -52,7 +37,7 @@ def loses(legged: Legged, leg: str) -> GaitRun:
     phase = random_phases(len(presence), 1, SEED)
     changes = {"present": Step(np.array(presence)[:, None], from_s=LOST_S)}
     scenario = with_changes(legged.scenario(phase), legged.body, changes)
-    trajectory = legged.run(_Whole(), scenario, TIMING)
+    trajectory = legged.run(whole_trajectory, scenario, TIMING)
     intact = replace(legged, {"timing": dataclasses.replace(TIMING, duration_s=LOST_S)})
     return dataclasses.replace(
         simulate_gaits(intact, phase[:, 0].tolist()),
@@ -64,25 +49,6 @@ def loses(legged: Legged, leg: str) -> GaitRun:
 def frame_at(run: GaitRun, after_s: float) -> int:
     """Return the recorded frame at a time after the loss."""
     return round((LOST_S + after_s) / run.timing.frame_s) - 1
-
-
-def write_film(run: GaitRun, leg: str, path: Path) -> None:
-    """Write a film that begins shortly before the loss; the lost leg is absent afterwards."""
-    trajectory = run.trajectory
-    gone = (trajectory.time_s > LOST_S)[:, None] & (np.array(run.legged.names) == leg)
-    feet = {
-        name: np.where(gone, np.nan, values)
-        for name, values in trajectory.channels.items()
-        if name.startswith("foot_") and np.shape(values) == gone.shape
-    }
-    trajectory = Trajectory(**{**trajectory.channels, **feet})
-    times = np.arange(*FILM_S, 1.0 / (FRAMES_PER_S * SLOWER))
-    frames = np.array([frame_at(run, t) for t in times])
-
-    def note(index: int) -> str:
-        return f"{leg} lost" if run.trajectory.time_s[index] > LOST_S else ""
-
-    write_animation(lambda: moving(run.legged, trajectory, frames, note), path)
 
 
 def draw_frames(runs: dict[str, dict[str, GaitRun]]) -> Figure:
@@ -132,35 +98,3 @@ def draw_pose(axes: Axes, shape: LegPositions, frame: int, missing: int | None) 
     middle = hips[:, 0].mean()
     axes.set(xlim=(middle - 1.6, middle + 1.6), ylim=(-0.2, 1.8), xticks=[], yticks=[])
     axes.set_aspect("equal")
-
-
-def draw_courses(runs: dict[str, dict[str, GaitRun]]) -> Figure:
-    """Draw pitch, roll, and the feet's distance ahead of the mass around the loss, leg by leg."""
-    legs = list(next(iter(runs.values())))
-    figure = new_figure(PAGE_IN, 3.6)
-    rows = figure.subplots(2, len(legs), sharex=True, sharey="row", squeeze=False)
-    for colour, (name, by_leg) in zip(
-        (COLOURS[0], COLOURS[1], COLOURS[2]), runs.items(), strict=False
-    ):
-        for (above, below), leg in zip(rows.T, legs, strict=True):
-            t = by_leg[leg].trajectory
-            time = t.time_s - LOST_S
-            window = (time > -3.0) & (time < 8.0) & ~t.failed
-            above.plot(time[window], t.channels["pitch_rad"][window], color=colour, label=name)
-            below.plot(time[window], _feet_ahead(t)[window], color=colour)
-            above.set_title(f"{leg} lost")
-            below.set_xlabel("time after the loss [√(l0/g)]")
-            for panel in (above, below):
-                panel.axvline(0.0, color="0.7", lw=0.6)
-    rows[0, 0].set_ylabel("pitch, nose down [rad]")
-    rows[1, 0].set_ylabel("feet before the mass [l0]")
-    figure.legend(*rows[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    return figure
-
-
-def _feet_ahead(t: Any) -> np.ndarray:
-    """Return the mean place of the feet before the mass, over about a stride, [frames]."""
-    x = (t.foot_x_m - t.x_m[:, None]).mean(axis=1)
-    y = (t.foot_y_m - t.y_m[:, None]).mean(axis=1)
-    ahead = x * np.cos(t.yaw_rad) + y * np.sin(t.yaw_rad)
-    return np.convolve(ahead, np.full(15, 1.0 / 15), mode="same")

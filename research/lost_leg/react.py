@@ -2,7 +2,7 @@
 
     python -m research.lost_leg.react search     # gains and networks; a few CPU-minutes
     python -m research.lost_leg.react zoo        # all of them, for names of the zoo
-    python -m research.lost_leg.react report     # tables, pictures and a film
+    python -m research.lost_leg.react report     # table and picture
 
 Searches are kept in `runs/lost_leg` and go on where they were interrupted; tables and figures are
 in `research/lost_leg`.
@@ -12,13 +12,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from research.frame import main, markdown_table, write_rows, write_text
 from research.legs_limit import strategies
-from research.lost_leg.film import draw_courses, draw_frames, loses, write_film
+from research.lost_leg.film import draw_frames, loses
 from research.lost_leg.laws import UNSEEN, Law, loss_of, scores
 from research.lost_leg.run import FOLDER, TABLES, leg_loss_rows
 from research.reproduction.zoo import ZooEntry, write_archive
@@ -183,27 +182,17 @@ class Search:
                 digits=4,
                 by=("law",),
             )
-            write_rows(TABLES / "search.csv", course(name, result), digits=4, by=("law",))
-
-
-def course(name: str, result: strategies.Found) -> list[dict[str, Any]]:
-    """Return the median score of every tenth generation, start by start."""
-    return [
-        {"law": name, "run": run, "generation": index + 1, "score": -result.typical[index, run]}
-        for run in range(result.typical.shape[1])
-        for index in range(9, len(result.typical), 10)
-    ]
 
 
 @dataclass(frozen=True)
 class Report:
-    """The tables in Markdown, pictures, and the film."""
+    """The table in Markdown, and the picture."""
 
     law: str = "feels-tilt"
     """The law that is shown."""
 
     def run(self) -> None:
-        """Write the tables, pictures and the film."""
+        """Write the table and the picture."""
         table = read_csv(TABLES / "reacting.csv")
         write_text(TABLES / "reacting.md", markdown(table))
         saved = load(f"zoo:lost-leg:{self.law}@quadruped-c")
@@ -213,9 +202,7 @@ class Report:
             name: {leg: loses(controller, leg) for leg in legs} for name, controller in runs.items()
         }
         with styled():
-            save_figure(draw_courses(episodes), TABLES / "courses.png")
             save_figure(draw_frames(episodes), TABLES / "frames.png")
-        write_film(episodes["feels tilt"]["LH"], "LH", TABLES / "lost_leg.gif")
 
 
 def markdown(table: dict[str, np.ndarray]) -> str:

@@ -1,19 +1,15 @@
-"""Walkers that lose a leg in mid-gait: the margin of the mass, who goes on, and what learning adds.
+"""Walkers that lose a leg in mid-gait: the margin of the mass, and who goes on.
 
     python -m research.lost_leg.run bodies  # vanilla feedback, leg by leg, with the margins
-    python -m research.lost_leg.run train   # senses of load, pitch and roll; legs are lost
-    python -m research.lost_leg.run report  # tables and the figure
+    python -m research.lost_leg.run report  # table and figure
 
-Controllers are kept in `runs/lost_leg`, tables and the figure in `research/lost_leg`. A
-training goes on where it was interrupted. About five CPU-minutes in all. Laws that react to the
-loss are in `lost_leg_react.py`.
+Tables and the figure are in `research/lost_leg`. Laws that react to the loss are in `react.py`.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,20 +20,14 @@ from research.frame import main, markdown_table, write_rows, write_text
 from tegotae._support.tables import read_csv
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.gaits.lags import support_margin_m
-from tegotae.measures.objectives.walking import Walking
 from tegotae.parts.bodies import Walker
-from tegotae.parts.terms import CorrectedFoot, EllipticFoot
+from tegotae.parts.terms import EllipticFoot
 from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Timing
 from tegotae.simulation.schedules import Step
-from tegotae.simulation.world import OneOf, Uniform, with_changes
-from tegotae.systems.experiment import Experiment
-from tegotae.systems.legged import Legged, random_phases, settling
+from tegotae.simulation.world import with_changes
+from tegotae.systems.legged import Legged, random_phases
 from tegotae.systems.vanilla import SYSTEMS, walking
-from tegotae.training.algorithms import CMAES
-from tegotae.training.collection import read_runs
-from tegotae.training.evolution import Evolution, Stopping
-from tegotae.training.run import Run, train
 
 FOLDER = Path("runs/lost_leg")
 TABLES = Path(__file__).resolve().parents[2] / "research" / "lost_leg"
@@ -76,62 +66,6 @@ BODIES: dict[str, tuple[Any, dict[str, float]]] = {
     "hexapod, quick": (quick_hexapod, {}),
 }
 """Vanilla walkers that lose each leg in turn: systems, and numbers of their bodies."""
-
-
-@dataclass(frozen=True)
-class Cell:
-    """A training in which legs are lost.
-
-    Args:
-        name: of its folder.
-        senses: what the feet feel.
-        reach_m: how far a foot is shifted by an output of one [l0].
-        generations: how many.
-    """
-
-    name: str
-    senses: tuple[str, ...]
-    reach_m: float = 0.3
-    generations: int = 200
-    seeds: int = 3
-
-    @property
-    def run(self) -> Run:
-        """The training: an episode without loss and one of each leg, lost after 20 of 50."""
-        walker = quick()
-        limbs = walker.body.limbs
-        hidden = 70 // (2 * (len(self.senses) + 2))
-        foot = CorrectedFoot(self.senses, hidden, reach_m=self.reach_m, around=FAST)
-        controller = dataclasses.replace(walker.controller, actuation=foot)
-        timing = Timing(duration_s=50.0, tick_s=0.0125, frame_s=0.1)
-        system = dataclasses.replace(walker.system, controller=controller, timing=timing)
-        presence = [
-            tuple(float(k != missing) for k in range(limbs)) for missing in range(-1, limbs)
-        ]
-        experiment = Experiment(
-            name=self.name,
-            system=system,
-            objective=Walking(speed_m_per_s=0.6, settle_s=30.0),
-            conditions=(
-                OneOf("present", from_s=20.0, values=tuple(presence)),
-                Uniform("phase_rad", low=0.0, high=2.0 * math.pi),
-            ),
-            episodes=len(presence),
-        )
-        return Run(
-            experiment=experiment,
-            seeds=tuple(range(self.seeds)),
-            learner=Evolution(
-                algorithm=CMAES(population=24, std=0.3),
-                stopping=Stopping.after(self.generations),
-            ),
-        )
-
-
-CELLS = (
-    Cell("feels-angles", ("spring_force", "pitch", "roll")),
-    Cell("feels-load", ("spring_force",)),
-)
 
 
 @needing("x_m", "y_m", "yaw_rad", "foot_x_m", "foot_y_m", "work_absolute_j", "failed", "time_s")
@@ -231,50 +165,20 @@ def _median(values: np.ndarray) -> float:
     return float(np.median(values)) if len(values) else math.nan
 
 
-@dataclass(frozen=True)
-class Bodies:
-    """Vanilla walkers that lose each leg in turn."""
-
-    def run(self) -> None:
-        """Evaluate, and write the table."""
-        for name, (make, body) in BODIES.items():
-            legged = make()
-            rows = leg_loss_rows(name, legged, {"": legged.weights}, **body)
-            write_rows(TABLES / "bodies.csv", rows, digits=4, by=("body",))
+def bodies() -> None:
+    """Let vanilla walkers lose each leg in turn, and write the table."""
+    for name, (make, body) in BODIES.items():
+        legged = make()
+        rows = leg_loss_rows(name, legged, {"": legged.weights}, **body)
+        write_rows(TABLES / "bodies.csv", rows, digits=4, by=("body",))
 
 
-@dataclass(frozen=True)
-class Train:
-    """Train with legs lost in mid-episode, and evaluate."""
-
-    only: tuple[str, ...] = ()
-    """Names of trainings; all by default."""
-    dir: Path = FOLDER
-
-    def run(self) -> None:
-        """Train what is missing, and write the table."""
-        for cell in CELLS:
-            if self.only and cell.name not in self.only:
-                continue
-            train(cell.run, self.dir / cell.name)
-            (runs,) = read_runs(self.dir / cell.name)
-            weights = dict(zip(map(str, runs.labels), np.asarray(runs.weights), strict=True))
-            rows = leg_loss_rows(cell.name, settling(runs.system, runs.weights[0]), weights)
-            write_rows(TABLES / "learned.csv", rows, digits=4, by=("body",))
-
-
-@dataclass(frozen=True)
-class Report:
-    """The tables in Markdown, and the figure."""
-
-    def run(self) -> None:
-        """Write the tables and the figure."""
-        names = [name for name in ("bodies", "learned") if (TABLES / f"{name}.csv").exists()]
-        for name in names:
-            write_text(TABLES / f"{name}.md", markdown(read_csv(TABLES / f"{name}.csv")))
-        with styled():
-            save_figure(draw([read_csv(TABLES / f"{name}.csv") for name in names]),
-                        TABLES / "lost_leg.png")  # fmt: skip
+def report() -> None:
+    """Write the table in Markdown, and the figure."""
+    table = read_csv(TABLES / "bodies.csv")
+    write_text(TABLES / "bodies.md", markdown(table))
+    with styled():
+        save_figure(draw(table), TABLES / "lost_leg.png")
 
 
 def markdown(table: dict[str, np.ndarray]) -> str:
@@ -298,25 +202,19 @@ def markdown(table: dict[str, np.ndarray]) -> str:
     return markdown_table(lines)
 
 
-def draw(tables: list[dict[str, np.ndarray]]) -> Any:
-    """Share of the starts that walk on over the margin, one mark a walker and leg."""
+def draw(table: dict[str, np.ndarray]) -> Any:
+    """Draw the share of the starts that walk on over the margin, one mark a walker and leg."""
     figure = new_figure(PAGE_IN, 2.8)
     axes = figure.subplots()
-    marks = "os^DvPX<*h>d"
-    number = 0
-    for learned, table in enumerate(tables):
-        for name in dict.fromkeys(table["body"].tolist()):
-            mask = table["body"] == name
-            margin = np.array(table["margin_of_feet"], float)[mask]
-            share = np.array(table["walks_on"], float)[mask]
-            share = share / np.maximum(np.array(table["stood"], float)[mask], 1.0)
-            jitter = 0.004 * (number - 5)
-            axes.plot(
-                margin + jitter, share, marks[number % len(marks)], ms=5, alpha=0.8,
-                mfc="none" if learned else None, color=COLOURS[number % 7],
-                label=f"learned, {name.replace('-', ' ')}" if learned else name,
-            )  # fmt: skip
-            number += 1
+    for number, name in enumerate(dict.fromkeys(table["body"].tolist())):
+        mask = table["body"] == name
+        margin = np.array(table["margin_of_feet"], float)[mask]
+        share = np.array(table["walks_on"], float)[mask]
+        share = share / np.maximum(np.array(table["stood"], float)[mask], 1.0)
+        axes.plot(
+            margin + 0.004 * (number - 5), share, "os^DvPX"[number], ms=5, alpha=0.8,
+            color=COLOURS[number % 7], label=name,
+        )  # fmt: skip
     axes.axvline(0.0, color="0.7", lw=0.6)
     axes.set_xlabel("margin of the mass inside the mean places of the remaining feet [l0]")
     axes.set_ylabel("share that walks on")
@@ -326,4 +224,4 @@ def draw(tables: list[dict[str, np.ndarray]]) -> Any:
 
 
 if __name__ == "__main__":
-    main(Bodies, Train, Report)
+    main(bodies, report)

@@ -69,7 +69,7 @@ def test_a_column_or_row_that_is_not_there_is_refused(key):
 
 
 def test_rows_have_one_of_the_values_that_are_asked_for():
-    selected = rows("lost_leg/learned", run=[0, 2], leg="LH")
+    selected = rows("lost_leg/reacting", body="feels-tilt", run=[0, 2], leg="LH")
     assert selected.run.tolist() == [0, 2]
 
 
