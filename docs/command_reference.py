@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping
 from apps.playground.__main__ import PLAYGROUND
 from research.benchmarks.__main__ import BENCH
 from research.reproduction.__main__ import PROG, REPRODUCTION
-from research.tuning.__main__ import TUNE
 from tegotae.api.parameters import description_of
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.functions import options_by_subject
@@ -23,7 +22,6 @@ def command_reference() -> str:
     """All commands with their arguments and options, as Markdown."""
     programs = {f"tegotae {name}": command for name, command in COMMANDS.items()}
     programs[PROG] = REPRODUCTION
-    programs["python -m research.tuning"] = TUNE
     programs["python -m apps.playground"] = PLAYGROUND
     programs["python -m research.benchmarks"] = BENCH
     return "\n".join(part for name, entry in programs.items() for part in _command(name, entry))

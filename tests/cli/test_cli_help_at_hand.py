@@ -34,15 +34,15 @@ def test_a_bug_report_has_versions_machine_and_engine(diagnosis):
 
 def test_a_bug_report_names_the_extra_that_is_missing_and_how_to_install_it(capsys, monkeypatch):
     monkeypatch.setattr(
-        "tegotae.api.about.installed", lambda name: None if name == "optuna" else "1.0"
+        "tegotae.api.about.installed", lambda name: None if name == "casadi" else "1.0"
     )
     assert main(["doctor"]) == 0
-    assert "not installed: optuna; pip install 'tegotae[tune]'" in capsys.readouterr().out
+    assert "not installed: casadi; pip install 'tegotae[optimum]'" in capsys.readouterr().out
 
 
 def test_the_extras_of_a_bug_report_are_those_of_the_package():
     found = extras()
-    assert found["tune"] == ("optuna",)
+    assert found["optimum"] == ("casadi",)
     assert found["mujoco"] == ("mujoco",)
     assert not {"all", "dev", "docs", "test"} & found.keys()
 

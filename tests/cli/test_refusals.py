@@ -9,7 +9,7 @@ from places import TESTS
 from tegotae import Rollout
 
 USERS = TESTS / "users" / "my_parts.py"
-NEEDED = {"tuning": "optuna", "--env": "mujoco", "fit-template": "mujoco", "suggest": "mujoco"}
+NEEDED = {"--env": "mujoco", "fit-template": "mujoco", "suggest": "mujoco"}
 """Packages of extras that a refusal needs, by a word of its line."""
 # Words that make no command, with what was meant.
 MISTYPED = {
@@ -122,12 +122,6 @@ UNKNOWN = {
     "benchmark run quadruped-c": "the entry senses spring_force[0]; here are spring_force",
     "benchmark run zoo:T-Fv/9": "the entry senses velocity; here are spring_force",
     "benchmark run none.onnx": "there is no file",
-    "tuning ART --algorithm pgep --storage s": "no algorithm is called 'pgep'; did you mean pgpe",
-    f"tuning ART --algorithm {USERS}:Height --storage s": "is no algorithm: ",
-    "tuning ARTT --storage s": "no model or system is called 'ARTT'",
-    "tuning --storage s": "names come first",
-    "tuning ART ART-rF-tphif-w8 --storage s": "each may be given only once",
-    "tuning V-sector-w4 --storage s": "V-sector-w4 has no network to train",
     "reproduction run --dir s --scale smoke --models 'V-*' 'W-*'": "'W-*'",
     "reproduction readings run --scale huge --dir new": "no scale is called 'huge'",
     "reproduction readings status --dir new": "holds no study",
@@ -248,14 +242,6 @@ UNUSABLE = {
     "simulate bar-light --animate walk.avi": "use .gif or .mp4",
     "benchmarks --lanes 0": "lanes is 0; it must be a whole number of at least 1",
     "benchmarks --lanes 1000000000000": "1000000000000 lanes would need about 2.86e+06 GiB",
-    "tuning ART --storage s --workers 99999": "workers is 99999; on this machine of",
-    **{f"tuning ART --storage s --{x} 0": f"{x} is 0" for x in ("trials", "seeds", "workers")},
-    "tuning ART --storage s --confirm=-1": "confirm is -1",
-    "tuning ART --storage s --simulated-s 100": "4 episodes of 24 s; at least 128 are needed, 3072",
-    "tuning ART --storage s --simulated-s nan": "budget_s is nan",
-    "tuning ART --storage s --budget 3": "budget is 3, too small",
-    "tuning ART --storage s --duration-s 12.5": "leaves less than 1 s after settling",
-    "tuning ART --storage s --simulated-s 1e300": "budget_s is 1e+300; it must be at most",
     "reproduction optimum-table --starts 0": "starts is 0; it must be a whole",
     "reproduction run --dir s --workers 0": "workers is 0; it must be a whole number",
     "reproduction run --dir s --workers 99999": "workers is 99999; on this machine of",

@@ -29,7 +29,7 @@ EXAMPLE_FILES = sorted(DOCS.glob("extending/examples/*.py"))
 PLAIN = (
     *("getting-started", "concepts", "legs", "generalisation", "architecture", "native"),
     *("oscillators", "api/functions", "benchmark", "figures/index", "gaits/index", "gaits/front"),
-    "studies/legs_limit",
+    *("studies/legs_limit", "tuning"),
 )
 """Pages whose Python needs no file of the reader's."""
 EXAMPLES = [DOCS / f"{name}.md" for name in PLAIN]

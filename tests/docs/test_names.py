@@ -14,7 +14,6 @@ PROGRAMS = (
     "src",
     "research/reproduction",
     "research/benchmarks",
-    "research/tuning",
     "apps",
 )
 FILES = sorted(file for folder in PROGRAMS for file in (ROOT / folder).rglob("*.py"))

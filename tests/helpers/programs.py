@@ -7,7 +7,6 @@ from typing import Any
 from apps.playground.__main__ import PLAYGROUND
 from research.benchmarks.__main__ import BENCH
 from research.reproduction.__main__ import PROG, REPRODUCTION
-from research.tuning.__main__ import TUNE
 from tegotae import cli
 from tegotae.cli.commands import TEGOTAE
 from tegotae.cli.program import Command, CommandGroup
@@ -17,7 +16,6 @@ PROGRAMS: Mapping[str, tuple[Command | CommandGroup, str]] = {
     "reproduction": (REPRODUCTION, PROG),
     "benchmarks": (BENCH, "python -m research.benchmarks"),
     "playground": (PLAYGROUND, "python -m apps.playground"),
-    "tuning": (TUNE, "python -m research.tuning"),
 }
 """Each with the words that start it."""
 

@@ -1,7 +1,6 @@
 """Unreasonable requests are refused before any work starts, with the memory that it would need."""
 
 import os
-import stat
 import subprocess
 
 import numpy as np
@@ -169,53 +168,3 @@ def test_half_an_animation_is_not_kept(tmp_path, error):
         write_animation(lambda: Animation(Figure(), draw, range(3)), path)
     assert path.read_bytes() == b"before"
     assert os.listdir(tmp_path) == ["a.gif"]
-
-
-def test_a_tuning_that_fails_leaves_its_storage_free_for_another(tmp_path):
-    pytest.importorskip("optuna")
-    from research.tuning.storage import opened
-
-    path = tmp_path / "s"
-    with pytest.raises(TegotaeError, match="a failure"), opened(path, {"algorithm": "pgpe"}):
-        raise TegotaeError("a failure")
-    assert not path.exists()
-    with opened(path, {"algorithm": "sac", "experiments": [{"name": "AR"}]}) as study:
-        study.tell(study.ask(), 1.0)
-    assert stat.S_ISREG(path.stat().st_mode)
-    with (
-        pytest.raises(
-            TegotaeError, match=r"holds a tuning of sac for AR that differs in algorithm"
-        ),
-        opened(path, {"algorithm": "ppo", "experiments": [{"name": "AR"}]}),
-    ):
-        pass
-    content = path.read_bytes()
-    with (
-        pytest.raises(TegotaeError),
-        opened(path, {"algorithm": "sac", "experiments": [{"name": "AR"}]}),
-    ):
-        raise TegotaeError("a failure")
-    assert path.read_bytes().startswith(content)
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        '{"op_code": "0", "worker_id": "a"}',
-        '{"op_code": 0, "worker_id": 3}',
-        '{"op_code": 0, "worker_id": "a", "study_name": 7, "directions": "up"}',
-        '{"op_code": 99, "worker_id": "a"}',
-        "[" * 1000,
-    ],
-)
-def test_a_journal_with_entries_of_a_wrong_type_is_refused_in_one_line(tmp_path, line):
-    pytest.importorskip("optuna")
-    from research.tuning.storage import opened
-
-    path = tmp_path / "s"
-    path.write_text(line + "\n")
-    with pytest.raises(TegotaeError) as raised, opened(path, {"algorithm": "pgpe"}):
-        pass
-    assert str(raised.value).startswith(f"{path} holds ")
-    assert "\n" not in str(raised.value)
-    assert path.read_text() == line + "\n"

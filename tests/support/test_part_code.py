@@ -11,8 +11,6 @@ from refusals import refused
 from research.reproduction import runner
 from research.reproduction.folder import Folder
 from research.reproduction.plan import plan
-from research.tuning import TuningTask
-from research.tuning.storage import opened
 from tegotae import TegotaeError
 from tegotae._support.documents import differing
 from tegotae._support.part_code import code_of_file
@@ -275,20 +273,3 @@ def test_a_record_of_generalisation_is_one_of_its_code(users):
     previous = document()
     users.edit("2.0")
     assert differing(previous, document()) == [f"code of {users.body}"]
-
-
-def test_a_tuning_does_not_go_on_with_other_code(users, tmp_path):
-    pytest.importorskip("optuna")
-    storage = tmp_path / "journal"
-
-    def configuration():
-        return {"algorithm": "pgpe", **TuningTask(experiments=(users.experiment,)).configuration}
-
-    with opened(storage, configuration()):
-        pass
-    users.edit("2.0")
-    with (
-        pytest.raises(TegotaeError, match=f"differs in code of {users.body}"),
-        opened(storage, configuration()),
-    ):
-        pass

@@ -9,8 +9,6 @@ from programs import main
 from refusals import refused
 from research.reproduction.folder import Folder
 from research.reproduction.plan import plan
-from research.tuning import TuningTask
-from research.tuning.storage import opened
 from tegotae import TegotaeError
 from tegotae._support.workplace import (
     GENERALISATION,
@@ -75,16 +73,6 @@ def test_neither_do_a_multiverse_agents_or_training_on_an_environment(tmp_path, 
     assert "and is not for a training" in one_line_error(*words, "--out", str(study))
 
 
-def test_a_file_of_a_tuning_and_a_folder_of_work_are_no_place_for_each_other(
-    tmp_path, one_line_error
-):
-    pytest.importorskip("optuna")
-    folder = held(tmp_path / "out", "a training")
-    assert "no tuning" in one_line_error("tuning", "AR", "--storage", str(folder / "run.json"))
-    (tmp_path / "journal").write_text("")
-    assert "it is a file" in one_line_error("train", "AR", "--out", str(tmp_path / "journal"))
-
-
 def test_a_training_that_is_begun_anew_sets_the_earlier_one_aside(tmp_path, capsys, one_line_error):
     out = tmp_path / "art"
     assert tiny.train(out, generations=1) == 0
@@ -114,34 +102,6 @@ def test_so_do_a_study_and_what_controllers_generalise_to(tmp_path):
         assert not (tried / "records").exists()
     assert (tmp_path / "tried.earlier1" / "records" / "a.trial.npz").exists()
     refused("no controllers", generalise, [], [], tried, restart=True)
-
-
-def test_so_does_a_tuning_unless_another_is_at_it(tmp_path):
-    pytest.importorskip("optuna")
-    storage = tmp_path / "journal"
-
-    def configuration(name):
-        return {
-            "algorithm": "pgpe",
-            **TuningTask(experiments=(recipe(name).experiment(),)).configuration,
-        }
-
-    with (
-        opened(storage, configuration("AR")),
-        pytest.raises(TegotaeError, match="in use"),
-        opened(storage, {}, restart=True),
-    ):
-        pass
-    with (
-        pytest.raises(TegotaeError, match="or start again with --restart"),
-        opened(storage, configuration("ART")),
-    ):
-        pass
-    previous = storage.read_bytes()
-    with opened(storage, configuration("ART"), restart=True):
-        pass
-    assert earlier(storage).name == "journal.earlier2"
-    assert (tmp_path / "journal.earlier1").read_bytes() == previous
 
 
 def test_what_others_left_in_a_folder_is_not_set_aside(tmp_path):

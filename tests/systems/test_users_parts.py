@@ -110,7 +110,7 @@ def test_options_change_what_they_name_and_nothing_else(parts, tmp_path):
     assert Experiment.from_document(document) == expected
 
 
-# Evaluation, tuning, study.
+# Evaluation, study.
 
 
 def test_what_was_trained_is_evaluated(parts, trained):
@@ -138,17 +138,6 @@ def test_a_controller_is_evaluated_on_another_body_than_it_was_trained_on(
 
 def _protocol(parts):
     return parts.experiment.protocol
-
-
-@pytest.mark.thorough
-def test_its_algorithm_is_tuned(parts, tmp_path, capsys):
-    pytest.importorskip("optuna")
-    words = ["--algorithm", ALGORITHM, "--trials", "1", "--seeds", "1", "--confirm", "0"]
-    storage, keep = tmp_path / "journal", tmp_path / "kept.json"
-    words += ["--simulated-s", "16", "--storage", str(storage), "--keep", str(keep)]
-    assert main(["tuning", EXPERIMENT, *words]) == 0
-    stored = json.loads(keep.read_text())
-    assert (stored["algorithm"], stored["settings"]) == ("climb", {"population": 4, "step": 0.2})
 
 
 @pytest.mark.thorough

@@ -15,7 +15,6 @@ torch = pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")
 
 from refusals import refused  # noqa: E402
-from research.tuning import SPACES, TuningTask  # noqa: E402
 from tegotae import (  # noqa: E402
     Hopper,
     Rollout,
@@ -309,29 +308,6 @@ class TestFolder:
         assert self.rows(tmp_path) == self.rows(folder)
         for name in ("AR-rF-sector-w8-seed0.json", "AR-rF-sector-w8-seed1.json"):
             assert (tmp_path / name).read_text() == (folder / name).read_text()
-
-
-class TestTuning:
-    @pytest.mark.parametrize("algorithm", ["sac", "ppo"])
-    def test_a_search_begins_with_the_default_settings(self, algorithm):
-        optuna = pytest.importorskip("optuna")
-        space = SPACES[algorithm]
-        first = space.suggest(optuna.trial.FixedTrial(dict(space.first)))
-        assert first == learner(algorithm)()
-
-    def test_settings_are_judged_by_each_seeds_best_policy_within_the_budget(self):
-        task = TuningTask(experiments=(experiment(),), budget_s=24.0)
-        values = SPACES["ppo"].learn(PPO, task, experiment(), (0, 1))
-        for seed, best in zip((0, 1), values, strict=True):
-            points = learn(training(PPO), seed=seed, episodes=4, evaluate_every=1)
-            assert best == max(point.fitness for point, _ in points)
-
-    def test_settings_that_diverge_are_worth_what_they_had_reached(self):
-        task = TuningTask(experiments=(experiment(),), budget_s=24.0)
-        wild = dataclasses.replace(PPO, learning_rate=1e30)
-        (value,) = SPACES["ppo"].learn(wild, task, experiment(), (0,))
-        start, _ = next(learn(training(PPO), seed=0, episodes=1))
-        assert value >= start.fitness
 
 
 class TestBadInput:

@@ -110,17 +110,12 @@ class Climb(Algorithm):
     """Keep the best of some random neighbours."""
 
     NAME = "climb"
-    FIRST = {"step": 0.2}  # noqa: RUF012 - what a tuning tries first
 
     population: int = 4
     step: float = 0.2
 
     def make(self, n_weights: int) -> Climber:
         return Climber(self.population, self.step)
-
-    @staticmethod
-    def suggest(trial: Any) -> Climb:
-        return Climb(step=trial.suggest_float("step", 0.01, 1.0, log=True))
 
 
 @dataclass(frozen=True)

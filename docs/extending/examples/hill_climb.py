@@ -47,7 +47,6 @@ class HillClimb(Algorithm):
     """The settings."""
 
     NAME = "hill-climb"  # what commands and documents call it
-    FIRST = {"step": 0.2}  # noqa: RUF012 - what `python -m research.tuning` tries first
 
     population: int = 16
     step: float = 0.2
@@ -59,8 +58,3 @@ class HillClimb(Algorithm):
     def make(self, n_weights: int) -> Climber:
         """The strategy for so many weights."""
         return Climber(self.population, self.step)
-
-    @staticmethod
-    def suggest(trial) -> "HillClimb":
-        """What `python -m research.tuning` may try."""
-        return HillClimb(step=trial.suggest_float("step", 0.01, 1.0, log=True))

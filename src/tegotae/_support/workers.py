@@ -1,4 +1,4 @@
-"""Worker processes for pure functions: of the study, and of tuning."""
+"""Worker processes for pure functions: of the study."""
 
 from __future__ import annotations
 

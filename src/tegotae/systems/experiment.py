@@ -96,7 +96,7 @@ class Trainable(OnSystem, ABC):
 class Experiment(Trainable):
     """A system, the objective and conditions of its training, and the evaluation of the result.
 
-    Trainings of any algorithm, tuning and the study are made of experiments; the 218 models of the
+    Trainings of any algorithm and the study are made of experiments; the 218 models of the
     paper make theirs by `Model.experiment`.
 
     Args:

@@ -1,7 +1,6 @@
 """The learning algorithms by name, the package's and users', and settings found by tuning.
 
-Each named configuration is a file of this folder, as `python -m research.tuning --keep`
-writes it.
+Each named configuration is a file of this folder: algorithm, settings, and their origin.
 """
 
 from __future__ import annotations
@@ -65,8 +64,7 @@ class Configuration:
     settings: Settings
     """Its settings."""
     found: Mapping[str, object]
-    """Origin of the settings: the problem, the number of trials, the score; see
-    `research.tuning.describe`."""
+    """Origin of the settings: the problem, the number of trials, the score."""
 
 
 def configuration_names() -> list[str]:
@@ -86,7 +84,7 @@ def configuration(name: str) -> Configuration:
 
 
 def load_configuration(file: Path | str | Traversable) -> Configuration:
-    """Return a configuration that `python -m research.tuning --keep` wrote.
+    """Return the configuration of a file.
 
     Raises:
         TegotaeError: if the file cannot be read, or holds no settings of a known algorithm.
