@@ -332,14 +332,6 @@ def legs(family: str) -> pd.DataFrame:
     return kept.assign(of_front=kept.cost_of_transport / cost, off=off)
 
 
-def trots(family: str, share: float = 1.0) -> pd.Series:
-    """The ω at which this share of a learned family's sweeps trots, or more of them."""
-    kept = table("learned_legs/transitions")
-    kept = kept[kept.run.str.startswith(family + "-")]
-    trotting = (kept.gait == "trot").groupby(kept.omega).mean()
-    return trotting.index[trotting >= share].to_series()
-
-
 def sweep(name: str, way: str, omega: float) -> pd.Series:
     """The lag of LF, speed, cost and duty factor of one level of a sweep, medians over starts."""
     kept = rows(f"gaits/findings-sweep-{name}", direction=way, omega_rad_per_s=omega)
