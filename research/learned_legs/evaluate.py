@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from research.frame import write_rows
 from research.learned_legs.plan import TABLES, Cell, advance_m_per_rad, baseline_cost
 from tegotae._support.progress import reporting
-from tegotae._support.tables import read_csv
 from tegotae.analysis.gaits.releases import Releases, release_all
 from tegotae.measures.objectives.walking import TRACKING, log_gain
 from tegotae.parts._shapes import LaneNumbers
@@ -122,9 +122,9 @@ def scores(releases: Releases, advance: float) -> np.ndarray:
 
 def selected(cell: str) -> str:
     """Return the run of a cell that the selection prefers; no other table is read."""
-    table = read_csv(TABLES / "selection.csv")
-    mine = np.array([str(name) == cell for name in table["cell"]])
-    return str(np.array(table["run"])[mine][np.argmax(np.array(table["score"], float)[mine])])
+    table = pd.read_csv(TABLES / "selection.csv", dtype={"run": str})
+    table = table[table.cell == cell]
+    return table.run[table.score.idxmax()]
 
 
 def curves_of(cell: Cell, folder: Path) -> list[dict[str, Any]]:
@@ -133,11 +133,10 @@ def curves_of(cell: Cell, folder: Path) -> list[dict[str, Any]]:
         (file,) = (folder / cell.name).glob("*-seed*.json")
         best = load(file).training["best_fitness"]
         return [{"cell": cell.name, "seed": 0, "generation": 0, "best_fitness": best}]
-    table = read_csv(folder / cell.name / "curves.csv")
-    seeds, fitness = (np.array(table[n], float) for n in ("seed", "fitness"))
+    table = pd.read_csv(folder / cell.name / "curves.csv")
     rows = []
-    for seed in range(cell.seeds):
-        best = np.maximum.accumulate(fitness[seeds == seed])
+    for seed, run in table.groupby("seed"):
+        best = run.fitness.cummax().to_numpy()
         for index in sorted({*range(9, len(best), 10), len(best) - 1}):
             labels = {"cell": cell.name, "seed": seed, "generation": index + 1}
             rows.append(labels | {"best_fitness": best[index]})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -10,8 +11,6 @@ from research.learned_legs.evaluate import selected
 from research.learned_legs.plan import RANGE, TABLES, baseline, baseline_cost
 from research.legs_limit.known import limit
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
-
-Rows = dict[str, np.ndarray]
 
 FAMILIES = {
     "V": ("V, one σ", "#000000", ":"),
@@ -29,7 +28,7 @@ FAMILIES = {
 """Labels and styles of families in pictures."""
 
 
-def draw_all(curves: Rows, rows: Rows) -> None:
+def draw_all(curves: pd.DataFrame, rows: pd.DataFrame) -> None:
     """Draw and write all."""
     with styled():
         save_figure(draw_range(rows), TABLES / "range.png")
@@ -41,7 +40,7 @@ def families() -> list[tuple[str, tuple[str, str, str]]]:
     return [(cell.name, FAMILIES[cell.name.partition("+range")[0]]) for cell in RANGE]
 
 
-def draw_range(rows: Rows) -> Figure:
+def draw_range(rows: pd.DataFrame) -> Figure:
     """Draw cost over speed of the selected runs beside front and limit; their share of the
     front.
     """
@@ -60,9 +59,7 @@ def draw_range(rows: Rows) -> Figure:
     left_axes.plot(speeds, limit(speeds), color="black", ls=":", lw=1.0, label="limit, free feet")
     for name, (label, colour, line) in families():
         mine = rows["cell"] == name
-        if not mine.any():
-            continue
-        mask = mine & (rows["run"].astype(float) == float(_number(selected(name))))
+        mask = mine & (rows["run"] == selected(name))
         speed, cost = rows["speed_m_per_s"], rows["cost_of_transport"]
         left_axes.plot(speed[mask], cost[mask], line, color=colour, marker="o", ms=2.5, label=label)
         share = cost / baseline_cost(speed)
@@ -89,12 +86,7 @@ def draw_range(rows: Rows) -> Figure:
     return figure
 
 
-def _number(run: str) -> str:
-    """Return a run's label as a number, which for a search is the first."""
-    return run if run.replace(".", "").isdecimal() else "0"
-
-
-def _band(axes: Axes, omega: np.ndarray, share: np.ndarray, colour: str) -> None:
+def _band(axes: Axes, omega: pd.Series, share: pd.Series, colour: str) -> None:
     """Fill the band from the lower to the upper quartile of the runs."""
     commands = np.unique(omega)
     low, high = (
@@ -103,24 +95,22 @@ def _band(axes: Axes, omega: np.ndarray, share: np.ndarray, colour: str) -> None
     axes.fill_between(commands, low, high, color=colour, alpha=0.12, lw=0)
 
 
-def draw_curves(curves: Rows) -> Figure:
+def draw_curves(curves: pd.DataFrame) -> Figure:
     """Draw the best fitness so far over the generations: the median run, and from the worst to
     the best.
     """
     figure = new_figure(PAGE_IN, 2.8)
     axes = figure.subplots()
     for name, (label, colour, line) in families():
-        mine = curves["cell"] == name
-        if not mine.any():
-            continue
-        generations = np.unique(curves["generation"][mine])
+        mine = curves[curves.cell == name]
+        generations = np.unique(mine.generation)
         if len(generations) == 1:
-            axes.axhline(curves["best_fitness"][mine][0], color=colour, ls=line, label=label)
+            axes.axhline(mine.best_fitness.iloc[0], color=colour, ls=line, label=label)
             continue
-        seeds = np.unique(curves["seed"][mine])
-        generation, best = curves["generation"], curves["best_fitness"]
-        masks = [mine & (curves["seed"] == seed) for seed in seeds]
-        runs = np.array([np.interp(generations, generation[run], best[run]) for run in masks])
+        runs = np.array(
+            [np.interp(generations, run.generation, run.best_fitness)
+             for _, run in mine.groupby("seed")]
+        )  # fmt: skip
         # Of a run that has ended the last fitness stays.
         axes.plot(generations, np.median(runs, axis=0), line, color=colour, label=label)
         axes.fill_between(generations, runs.min(0), runs.max(0), color=colour, alpha=0.12, lw=0)

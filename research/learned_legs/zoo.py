@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from research.learned_legs.evaluate import OMEGAS
 from research.learned_legs.plan import TABLES, ZOO, Cell, baseline_cost
 from research.reproduction.zoo import ZooEntry, write_archive
 from tegotae._support.documents import JsonObject
 from tegotae._support.files import output_folder
-from tegotae._support.tables import read_csv
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController, load
 
@@ -61,25 +60,15 @@ def document(saved: SavedController, cell: str) -> JsonObject:
 
 def measured(cell: Cell, seeds: list[str]) -> dict[str, np.ndarray]:
     """Return the score of the selection, and the test's means over the commands, [runs] each."""
-    selection, test = (read_csv(TABLES / f"{name}.csv") for name in ("selection", "range"))
-    metrics: dict[str, list[float]] = {
-        name: [] for name in ("selection", "cot_inverse", "of_front")
-    }
-    metrics |= {name: [] for name in ("locked", "upright")}
-    for seed in seeds:
-        mask = of_run(selection, cell.name, seed)
-        metrics["selection"].append(float(np.array(selection["score"], float)[mask][0]))
-        mask = of_run(test, cell.name, seed)
-        columns = ("speed_m_per_s", "cost_of_transport", "locked", "upright")
-        speed, cost, locked, up = (np.array(test[name], float)[mask] for name in columns)
-        metrics["cot_inverse"].append(float(np.mean(1.0 / cost)))
-        metrics["of_front"].append(float(np.mean(cost / baseline_cost(speed))))
-        metrics["locked"].append(float(locked.mean()))
-        metrics["upright"].append(float(up.mean()))
-    return {name: np.array(values) for name, values in metrics.items()}
-
-
-def of_run(table: Mapping[str, np.ndarray], cell: str, run: str) -> np.ndarray:
-    """Return True for the rows of a run in a table."""
-    pairs = zip(table["cell"], table["run"], strict=True)
-    return np.array([(str(c), str(r)) == (cell, run) for c, r in pairs])
+    selection, test = (
+        pd.read_csv(TABLES / f"{name}.csv", dtype={"run": str}, index_col="cell").loc[[cell.name]]
+        for name in ("selection", "range")
+    )
+    test = test.assign(
+        cot_inverse=1.0 / test.cost_of_transport,
+        of_front=test.cost_of_transport / baseline_cost(test.speed_m_per_s.to_numpy()),
+    )
+    means = test.groupby("run")[["cot_inverse", "of_front", "locked", "upright"]].mean()
+    table = means.assign(selection=selection.set_index("run").score).loc[seeds]
+    names = ("selection", "cot_inverse", "of_front", "locked", "upright")
+    return {name: table[name].to_numpy() for name in names}
