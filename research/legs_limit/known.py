@@ -11,10 +11,10 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import require_finite, require_known
-from tegotae._support.tables import parse_csv, parse_numbers
 from tegotae.parts.bodies import Walker
 
 KEPT = Path(__file__).resolve().parents[2] / "research" / "legs_limit" / "known.csv"
@@ -90,10 +90,10 @@ def bound(body: Walker, speed_m_per_s: ArrayLike, stance_s: ArrayLike) -> np.nda
 
 
 @cache
-def limit_table() -> dict[str, np.ndarray]:
-    """Return the kept limits of quadruped C, one array [rows] per column.
+def limit_table() -> pd.DataFrame:
+    """Return the kept limits of quadruped C.
 
-    What is not known of a controller's gait is NaN or empty. The columns:
+    What is not known of a controller's gait is NaN. The columns:
 
     - `feet`: what the feet may do: on C's `ellipse` at any phase, or `free` within reach
     - `speed`: speed [√(g l0)]
@@ -106,9 +106,7 @@ def limit_table() -> dict[str, np.ndarray]:
     - `flight`: share of the stride without a foot on the ground
     - `source`: `search`, or the learned controller that showed it
     """
-    table = parse_csv(KEPT.read_text(encoding="utf-8"))
-    words = ("feet", "gait", "source")
-    return {n: np.asarray(x, str) if n in words else parse_numbers(x) for n, x in table.items()}
+    return pd.read_csv(KEPT)
 
 
 def limit(speed: ArrayLike, feet: str = "free") -> np.ndarray:
@@ -134,8 +132,8 @@ def limit(speed: ArrayLike, feet: str = "free") -> np.ndarray:
     """
     require_known("kind of feet", feet, FEET)
     table = limit_table()
-    mask = table["feet"] == feet
-    speeds, cost = table["speed"][mask], np.log(table["cost_of_transport"][mask])
+    table = table[table.feet == feet]
+    speeds, cost = table.speed, np.log(table.cost_of_transport)
     return np.exp(np.interp(np.asarray(speed, float), speeds, cost, left=np.nan, right=np.nan))
 
 

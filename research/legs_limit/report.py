@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -16,7 +16,6 @@ from research.legs_limit.gaits import Space
 from research.legs_limit.known import FEET, KEPT, bound, limit_table
 from research.legs_limit.search import GAITS, kept_gaits, losses
 from research.legs_limit.strategies import Found
-from tegotae._support.tables import read_csv
 from tegotae.figures.gaits.style import by_side, gait_colour, gait_marker
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.fronts import front
@@ -123,39 +122,26 @@ def with_controllers(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     Those that the kept table has stay, as long as nothing cheaper is found. The cheapest come
     first: of walkers of about one speed only the best is a row.
     """
+    kept, walkers = limit_table(), learned()
+    walkers = walkers[walkers.cell.str.split("@|\\+|-w", n=1, regex=True).str[0].isin(ON_ELLIPSE)]
+    walkers = walkers.assign(feet="ellipse", source=walkers.cell + " run " + walkers.run)
+    walkers = walkers[["feet", "speed", "cost_of_transport", "gait", "source"]]
+    walkers = pd.concat([kept[kept.source != "search"], walkers])
+    walkers = walkers.drop_duplicates(["source", "speed"], keep="last").to_dict("records")
     on_ellipse = [row for row in rows if row["feet"] == "ellipse"]
 
-    def over_found(walker: Mapping[str, Any]) -> float:
+    def over_found(walker: dict[str, Any]) -> float:
         """Return the cost over that of the rows so far at the same speed."""
         ordered = sorted(on_ellipse, key=lambda row: row["speed"])
         speed, cost = ([row[n] for row in ordered] for n in ("speed", "cost_of_transport"))
         reference = np.exp(np.interp(walker["speed"], speed, np.log(cost)))
         return float(walker["cost_of_transport"] / reference)
 
-    for walker in sorted(controllers_on_ellipse(), key=over_found):
+    for walker in sorted(walkers, key=over_found):
         if over_found(walker) < 1.0:
             on_ellipse.append(walker)
     free = [row for row in rows if row["feet"] == "free"]
     return free + sorted(on_ellipse, key=lambda row: row["speed"])
-
-
-def controllers_on_ellipse() -> list[dict[str, Any]]:
-    """Return the rows of learned walkers whose feet stay on the ellipse: the study's, and those
-    kept.
-    """
-    rows = {}
-    table = limit_table()
-    for k in np.flatnonzero(table["source"] != "search"):
-        row = {name: values[k].item() for name, values in table.items()}
-        rows[row["source"], row["speed"]] = row
-    for walker in learned():
-        family = walker["cell"].partition("@")[0].partition("+")[0].partition("-w")[0]
-        if family in ON_ELLIPSE and np.isfinite(walker["cost_of_transport"]):
-            name = f"{walker['cell']} run {walker['run']}"
-            row = dict.fromkeys(limit_table(), np.nan) | {"feet": "ellipse", "source": name}
-            row |= {n: walker[n] for n in ("speed", "cost_of_transport", "gait")}
-            rows[name, row["speed"]] = row
-    return list(rows.values())
 
 
 class Look(NamedTuple):
@@ -211,19 +197,18 @@ def look(gait: Gait) -> Look:
 
 def row(feet: str, gait: Gait, stances: Look) -> dict[str, Any]:
     """Return a row of the kept table."""
-    values = (
-        feet,
-        gait.speed,
-        gait.cost,
-        stances.omega,
-        stances.gait,
-        stances.duty.mean(),
-        stances.longest_s,
-        stances.lag[0],
-        stances.flight,
-        "search",
-    )
-    return dict(zip(limit_table(), values, strict=True))
+    return {
+        "feet": feet,
+        "speed": gait.speed,
+        "cost_of_transport": gait.cost,
+        "omega": stances.omega,
+        "gait": stances.gait,
+        "duty_factor": stances.duty.mean(),
+        "longest_stance": stances.longest_s,
+        "hind_lag": stances.lag[0],
+        "flight": stances.flight,
+        "source": "search",
+    }
 
 
 def document(gait: Gait) -> dict[str, Any]:
@@ -308,29 +293,17 @@ def controllers(axes: Axes) -> None:
     axes.plot(
         curve["speed"], curve["cost_of_transport"], "-", color=COLOURS[0], label="vanilla front"
     )
-    speed, cost = np.array([(w["speed"], w["cost_of_transport"]) for w in learned()]).T
-    axes.plot(speed, cost, ".", ms=3, color=COLOURS[1], label="learned walkers")
+    axes.plot(
+        "speed", "cost_of_transport", ".", data=learned(), ms=3, color=COLOURS[1],
+        label="learned walkers",
+    )  # fmt: skip
 
 
-def learned() -> list[dict[str, Any]]:
+def learned() -> pd.DataFrame:
     """Return the kept learned walkers of quadruped C that did not fall."""
-    table = read_csv(ROOT / "research" / "learned_legs" / "range.csv")
-    rows = [
-        dict(zip(table, map(str, cells), strict=True))
-        for cells in zip(*table.values(), strict=True)
-    ]
-    return [
-        row
-        | {
-            "speed": float(row["speed_m_per_s"]),
-            "cost_of_transport": float(row["cost_of_transport"]),
-        }
-        for row in rows
-        if row["cell"].endswith("@quadruped-c")
-        and row["upright"] in ("1", "1.0")
-        and row["cost_of_transport"]
-        and float(row["speed_m_per_s"]) > SLOWEST
-    ]
+    table = pd.read_csv(ROOT / "research" / "learned_legs" / "range.csv", dtype={"run": str})
+    table = table.rename(columns={"speed_m_per_s": "speed"}).dropna(subset="cost_of_transport")
+    return table[(table.upright == 1.0) & (table.speed > SLOWEST)]
 
 
 def footfalls(axes: Axes, rows: list[dict[str, Any]], looks: list[Look]) -> None:
