@@ -22,8 +22,6 @@ from tegotae.analysis.generalisation.run import (
     Done,
     Retention,
     generalise,
-    levels_survived,
-    margin,
 )
 from tegotae.figures.generalisation import groups_figure
 from tegotae.figures.style import save_figure
@@ -124,12 +122,6 @@ def tables(results: Sequence[Done], pairs) -> None:
     write_text(KEPT / "undisturbed.md", undisturbed_text(rows))
     outcomes = {tested.name: (tested, outcome) for tested, outcome in results}
     write_overall(results, pairs)
-    rows = []
-    for steady, varied in pairs:
-        for training, runs in (("steady", steady), ("varied", varied)):
-            rows += list(_margins(steady.name, training, outcomes[runs.name]))
-    write_rows(KEPT / "varied.csv", rows, digits=3)
-    write_text(KEPT / "varied.md", varied_text(rows))
     for name in ("ART-rF-tphif-w8", "T-Fv"):
         groups = {f"{name}, always the same episode": [outcomes[name]]}
         groups[f"{name}, changing conditions"] = [outcomes[f"{name}+varied"]]
@@ -164,33 +156,6 @@ def _over_levels(outcome: Retention, in_training: bool, measure: str) -> str:
     return with_interval(shares, within=(0.0, 1.0))
 
 
-def _margins(model: str, training: str, result: Done):
-    _, outcome = result
-    table = outcome.table
-    for disturbance in STUDIED:
-        if disturbance.name in outcome.left_out:
-            continue
-        for below in (True, False):
-            if not disturbance.side(below):
-                continue
-            limits = margin(disturbance, below, levels_survived(outcome, disturbance, below))
-            rows = table[
-                (table["condition"] == disturbance.name)
-                & ((table["level"] < disturbance.neutral) == below)
-            ]
-            share = {}
-            for measure, baseline in MEASURES.items():
-                values = rows[measure][rows[baseline]]
-                share[measure] = float(values.mean()) if len(values) else np.nan
-            yield {
-                "model": model,
-                "trained": training,
-                "seen": disturbance.name in SEEN,
-                **limits._asdict(),
-                **share,
-            }
-
-
 def undisturbed_text(rows: Sequence[dict]) -> str:
     """Tabulate the results of each training on the usual body, in Markdown."""
     lines = [
@@ -210,31 +175,6 @@ def undisturbed_text(rows: Sequence[dict]) -> str:
 def _interval(row: dict) -> str:
     """Return the interval of a mean, or nothing for a single run."""
     return "" if np.isnan(row["low"]) else f" [{row['low']:.3f}, {row['high']:.3f}]"
-
-
-def varied_text(rows: Sequence[dict]) -> str:
-    """Return the shares that keep their gait, over levels, with and without varied training, in
-    Markdown.
-    """
-    models = list(dict.fromkeys(row["model"] for row in rows))
-    cells = {(r["condition"], r["side"], r["model"], r["trained"]): r for r in rows}
-    lines = []
-    for disturbance in STUDIED:
-        for side in ("below", "above"):
-            pairs = [
-                [cells.get((disturbance.name, side, model, training)) for training in TRAINED]
-                for model in models
-            ]
-            if not any(row for pair in pairs for row in pair):
-                continue
-            note = ", seen" if disturbance.name in SEEN else ""
-            texts = (" → ".join(_share(row, disturbance.measure) for row in pair) for pair in pairs)
-            lines.append([f"{disturbance.name} {side}{note}", *texts])
-    return markdown_table([["condition", *models], *lines])
-
-
-def _share(row: dict | None, measure: str) -> str:
-    return "–" if row is None or np.isnan(row[measure]) else f"{row[measure]:.2f}"
 
 
 if __name__ == "__main__":

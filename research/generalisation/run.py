@@ -14,14 +14,10 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+import pandas as pd
 
 from research.frame import Place, main, markdown_table, write_rows, write_text
 from research.reproduction.plan import plan
-from tegotae._support.tables import read_csv
 from tegotae.analysis.generalisation.disturbances import CATALOGUE, Disturbance, Tested, Wind
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 from tegotae.analysis.generalisation.run import (
@@ -35,7 +31,7 @@ from tegotae.analysis.generalisation.run import (
     retention_curve,
 )
 from tegotae.figures.generalisation import groups_figure
-from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
+from tegotae.figures.style import save_figure
 from tegotae.parts.bodies import Body
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Scenario, Timing
@@ -123,100 +119,11 @@ def tables(results: Sequence[Done]) -> None:
 
 
 def show() -> None:
-    """Write the tables of the page, and the figure of the margins, from the kept tables."""
-    keeps, moves = rows_of(KEPT / "architectures.csv"), rows_of(KEPT / "moving.csv")
+    """Write the tables of the page from the kept tables."""
+    keeps, moves = (pd.read_csv(KEPT / f"{name}.csv") for name in ("architectures", "moving"))
     write_text(KEPT / "margins.md", pivoted(keeps, _bracket))
     write_text(KEPT / "moving.md", pivoted(moves, _bracket))
     write_text(KEPT / "kept.md", pivoted(keeps, _efficiency))
-    save_figure(margins_figure(moves, keeps), KEPT / "margins.png")
-
-
-def rows_of(file: Path) -> list[dict]:
-    """Return a kept table, its numbers as floats."""
-    table = read_csv(file)
-    words = ("architecture", "condition", "side")
-    return [
-        {title: cell if title in words else float(cell or "nan") for title, cell in measure.items()}
-        for measure in (
-            dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)
-        )
-    ]
-
-
-def margins_figure(moves: Sequence[dict], keeps: Sequence[dict]) -> Figure:
-    """Draw one panel per condition: up to which levels more than half of the runs hop, and keep
-    their gait.
-
-    The open end of a bar leads to the next level, where half have failed; thin lines are 95 %
-    intervals over runs.
-    """
-    disturbances = [
-        disturbance
-        for disturbance in STUDIED
-        if disturbance.name in {row["condition"] for row in moves}
-    ]
-    columns = 3
-    with styled():
-        figure = new_figure(PAGE_IN, 1.6 * -(-len(disturbances) // columns) + 0.4)
-        axes = figure.subplots(-(-len(disturbances) // columns), columns, squeeze=False).ravel()
-        for ax, disturbance in zip(axes, disturbances, strict=False):
-            _margins(ax, disturbance, moves, position=-0.2, colour="0.75", label="hop")
-            _margins(
-                ax, disturbance, keeps, position=0.2, colour=COLOURS[0], label="keep their gait"
-            )
-            ax.axvline(disturbance.neutral, color="black", lw=0.8, ls=":", zorder=3)
-            ax.set_yticks(range(len(GROUPS)), GROUPS, size=7)
-            ax.set_ylim(len(GROUPS) - 0.4, -0.6)
-            ax.tick_params(axis="y", length=0)
-            ax.set_xlabel(
-                disturbance.label + (f" [{disturbance.unit}]" if disturbance.unit else "")
-            )
-        for ax in axes[len(disturbances) :]:
-            ax.set_axis_off()
-        handles, labels = axes[0].get_legend_handles_labels()
-        entries = dict(zip(labels, handles, strict=True))
-        entries["up to the next level, which half fail"] = Patch(fc="white", ec="0.4", lw=0.6)
-        entries["95 % interval of the end"] = Line2D([], [], color="black", lw=0.7)
-        entries["undisturbed"] = Line2D([], [], color="black", lw=0.8, ls=":")
-        title = "more than half of the runs, up to the end of the bar"
-        figure.legend(
-            list(entries.values()), list(entries), title=title, loc="outside lower center", ncols=5
-        )
-    return figure
-
-
-def _margins(
-    ax: Axes,
-    disturbance: Disturbance,
-    rows: Sequence[dict],
-    *,
-    position: float,
-    colour: str,
-    label: str,
-) -> None:
-    """Draw the bars of one measure, one per architecture, with the intervals of their ends."""
-    levels = [disturbance.neutral, *disturbance.levels]
-    edges = min(levels), max(levels)
-    for row in rows:
-        if row["condition"] != disturbance.name or row["architecture"] not in GROUPS:
-            continue
-        y = GROUPS.index(row["architecture"]) + position
-        survived, failed, low, high = np.clip(
-            [row[name] for name in ("survived", "failed", "low", "high")], *edges
-        )
-        size = {"height": 0.34, "edgecolor": colour, "lw": 0.6}
-        ax.barh(
-            y,
-            survived - disturbance.neutral,
-            left=disturbance.neutral,
-            color=colour,
-            label=label,
-            **size,
-        )
-        ax.barh(y, failed - survived, left=survived, color="white", **size)
-        ax.plot([low, high], [y, y], color="black", lw=0.7, zorder=4)
-    room = 0.02 * (edges[1] - edges[0])
-    ax.set_xlim(edges[0] - room, edges[1] + room)
 
 
 def of_group(name: str, members: Sequence[Done], disturbances: Sequence[Disturbance]):
@@ -288,32 +195,29 @@ def deploy_text(outcome: Retention) -> str:
     return markdown_table([head, *lines])
 
 
-def pivoted(rows: Sequence[dict], text_of: Callable[[dict], str]) -> str:
+def pivoted(table: pd.DataFrame, text_of: Callable[[pd.Series], str]) -> str:
     """Return a table in Markdown: one row per condition and side, one column per architecture."""
-    names = [name for name in GROUPS if any(row["architecture"] == name for row in rows)]
-    cells = {(row["condition"], row["side"], row["architecture"]): row for row in rows}
-    lines = []
+    names = [name for name in GROUPS if name in set(table.architecture)]
+    cells = table.assign(text=table.apply(text_of, axis=1))
+    cells = cells.pivot(index=["condition", "side"], columns="architecture", values="text")
+    lines = [["condition", *names]]
     for disturbance in STUDIED:
         for side, below in (("below", True), ("above", False)):
-            mine = [cells.get((disturbance.name, side, name)) for name in names]
-            if not any(mine):
-                continue
-            levels = disturbance.side(below)
-            arrow = f"{disturbance.neutral:g} → {levels[-1]:g}"
-            texts = ("–" if row is None else text_of(row) for row in mine)
-            lines.append([f"{disturbance.name} {arrow}", *texts])
-    return markdown_table([["condition", *names], *lines])
+            if (disturbance.name, side) in cells.index:
+                texts = cells.loc[(disturbance.name, side), names].fillna("–")
+                ends = f"{disturbance.neutral:g} → {disturbance.side(below)[-1]:g}"
+                lines.append([f"{disturbance.name} {ends}", *texts])
+    return markdown_table(lines)
 
 
-def _bracket(row: dict) -> str:
-    if np.isnan(row["survived"]):
+def _bracket(row: pd.Series) -> str:
+    if np.isnan(row.survived):
         return "–"
-    ends = f"{row['survived']:g} … {row['failed']:g}"
-    return ends if np.isfinite(row["failed"]) else "all"
+    return f"{row.survived:g} … {row.failed:g}" if np.isfinite(row.failed) else "all"
 
 
-def _efficiency(row: dict) -> str:
-    return "–" if np.isnan(row["efficiency"]) else f"{row['efficiency']:.3g}"
+def _efficiency(row: pd.Series) -> str:
+    return "–" if np.isnan(row.efficiency) else f"{row.efficiency:.3g}"
 
 
 if __name__ == "__main__":
