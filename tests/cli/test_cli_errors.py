@@ -119,14 +119,6 @@ def test_of_all_commands_the_one_that_is_named_is_imported():
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-def test_it_can_be_run_as_a_module():
-    done = subprocess.run(
-        [sys.executable, "-m", "tegotae", "models", "T-F"], capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines()[-1] == "1 models"
-
-
 # How a command ends.
 
 

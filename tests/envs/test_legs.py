@@ -19,7 +19,7 @@ from refusals import refused
 from sprung import sprung_robot
 from tegotae.cli import main
 from tegotae.envs.env_spec import EnvSpec
-from tegotae.envs.mujoco.chains import Chains, direct, has_closed_form, kinematics, nearer, solved
+from tegotae.envs.mujoco.chains import Chains, direct, has_closed_form, kinematics, solved
 from tegotae.envs.mujoco.env import ModelBatch, ModelEnv
 from tegotae.envs.mujoco.legs import legs_of
 from tegotae.envs.mujoco.sensing import sensing
@@ -36,7 +36,7 @@ from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import resolve
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae_robots.models.suggesting import lowest_feet
-from tegotae_robots.models.suggesting_legs import reach, suggest_legs, workspace
+from tegotae_robots.models.suggesting_legs import suggest_legs, workspace
 from tegotae_robots.robot import RobotController
 
 KINDS = [(seed, 2 + seed % 4, 1 + seed % 4, seed % 3 == 0) for seed in range(10)]
@@ -105,19 +105,6 @@ def test_a_place_near_the_start_is_met_as_closely_as_eight_steps_promise():
     assert np.quantile(missed, 0.95) < 1e-5 * legs.length_m
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind[1] == 3])
-def test_upper_limits_hold_joints_as_lower_ones_do(kind):
-    _, legs = robot(*kind)
-    chains = legs.chains
-    mirrored = chains._replace(axis=-chains.axis, low=-chains.high, high=-chains.low)
-    shape = (3, len(legs.feet), 64)
-    place = list(np.random.default_rng(0).uniform(-0.4, 0.4, shape).astype("f"))
-    joints, remaining = np.asarray(solved(chains, place)), -np.asarray(solved(mirrored, place))
-    high = chains.high.T[..., None]
-    assert (joints >= high - 1e-6).any()
-    assert np.mean(np.abs(joints - remaining) < 1e-3) > 0.99
-
-
 @pytest.mark.parametrize("lanes", [0, 1, 32, 33, 70])
 def test_lanes_side_by_side_have_the_joints_that_they_have_alone(lanes):
     _, legs = robot(*KINDS[0])
@@ -181,31 +168,6 @@ def test_legs_that_bend_in_a_plane_have_a_closed_form(seed, joints):
     assert np.asarray(solved(chains, place)) == pytest.approx(joined, abs=1e-4)
 
 
-@pytest.mark.parametrize("joints", [2, 3])
-def test_a_closed_form_says_where_it_is_as_near_as_the_leg_reaches(joints):
-    chains = planar(7, joints)
-    shape = (len(chains.foot), 64)
-    place = np.random.default_rng(0).uniform(-1.0, 1.0, (3, *shape)).astype("f")
-    expected = [chains.foot[:, i, None] + x for i, x in enumerate(place)]
-
-    def missed(result):
-        return np.linalg.norm(np.stack(kinematics(chains, result)[0]) - np.stack(expected), axis=0)
-
-    results, reached = direct(chains, expected)
-    assert (np.abs(np.stack(results)) <= 1.2 + 1e-6).all()
-    reached = np.asarray(reached) == 1.0
-    stepped = [jnp.zeros(shape) for _ in range(joints)]
-    for _ in range(50):
-        stepped = nearer(chains, expected, stepped)
-    assert (missed(results) <= missed(stepped) + 1e-4)[reached].all()
-    assert reached.any()
-    if joints == 3:
-        np.testing.assert_array_equal(missed(results) < 1e-4, reached)
-    updated = missed(list(solved(chains, place)))
-    assert (updated[reached] == missed(results)[reached]).all()
-    assert np.mean(updated - missed(results)) < 0.0
-
-
 @pytest.mark.parametrize("name", ["hexapod", "servo_quadruped", "boom_leg"])
 def test_a_foot_of_an_example_goes_wherever_its_joints_can_put_it(name):
     model = mujoco.MjModel.from_xml_path(str(ROOT / "examples" / "robots" / f"{name}.xml"))
@@ -236,19 +198,6 @@ def test_a_closed_form_takes_the_side_and_the_turn_that_limits_allow(low, high):
     result, reached = direct(chains, expected)
     assert (np.asarray(reached) == 1.0).all()
     assert np.stack(kinematics(chains, result)[0]) == pytest.approx(np.stack(expected), abs=1e-5)
-
-
-def test_legs_without_a_plane_or_a_bend_have_no_closed_form():
-    chains = planar(0, 3)
-    tilted = chains.axis + np.float32([[0.0], [0.0], [0.1]]) * chains.axis[:, [0]]
-    straight = chains.anchor.copy()
-    straight[:, 2] = 0.5 * (chains.anchor[:, 1] + chains.foot)
-    sliding = chains.slides.copy()
-    sliding[0, 2] = 1.0
-    for second in ({"axis": tilted}, {"anchor": straight}, {"slides": sliding}):
-        assert not has_closed_form(chains._replace(**second))
-    four = {name: getattr(chains, name)[:, [0, 1, 2, 2]] for name in ("axis", "anchor", "slides")}
-    assert not has_closed_form(chains._replace(**four))
 
 
 SPRUNG = sprung_robot()
@@ -491,15 +440,6 @@ def test_the_workspace_of_two_links_is_what_the_law_of_cosines_says(tmp_path):
     out, picture = str(tmp_path / "boom.toml"), tmp_path / "boom.png"
     assert not main([*suggest, "--out", out, "--plot", str(picture)])
     assert picture.stat().st_size > 5000
-
-
-def test_reach_is_how_far_the_foot_goes_back_and_forth_along_each_axis():
-    legs = sensing(SETTINGS).legs
-    assert legs is not None
-    low, high = reach(legs, 0).T
-    assert (low <= 0.0).all()
-    assert (high >= 0.0).all()
-    assert (high - low > 0.1).all()
 
 
 @pytest.mark.parametrize(

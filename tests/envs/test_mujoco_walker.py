@@ -1,7 +1,5 @@
 """The walker's MuJoCo twin: it stands where the walker stands, and walks as the walker walks."""
 
-import sys
-
 import numpy as np
 import pytest
 
@@ -79,9 +77,3 @@ def test_the_bare_model_is_timed():
     rates = mujoco_walker.mujoco_ticks_per_second(body, foot, omega=2.1, lanes=4, ticks=10)
     assert all(np.isfinite(rates))
     assert min(rates) > 0.0
-
-
-def test_without_mujoco_the_extra_is_named(monkeypatch):
-    monkeypatch.setitem(sys.modules, "mujoco", None)
-    with pytest.raises(ImportError, match=r"pip install 'tegotae\[mujoco\]'"):
-        twin(SET_C, 2.1, (0.0,) * 4, 1.0)

@@ -10,11 +10,11 @@ from tegotae_robots.benchmark.bodies import HopperSubject, QuadrupedSubject
 
 @dataclass(frozen=True)
 class BriefHopper(HopperSubject):
-    """Eight seconds, alone and under another mass."""
+    """Five seconds, alone and under another mass."""
 
     CONDITIONS = ("mass=1.5",)
-    TIMING = Timing(duration_s=8.0, tick_s=0.002)
-    OBJECTIVE = Fitness(settle_s=4.0)
+    TIMING = Timing(duration_s=5.0, tick_s=0.002)
+    OBJECTIVE = Fitness(settle_s=2.0)
     starts: int = 2
 
 

@@ -12,8 +12,8 @@ gain; a training amplifies their last digits until none is left to compare. With
 26 results differ, of the study and of trainings. So nothing is rounded: the flags are fixed, and
 pins are compared only with the versions of the libraries in the file, on an x86-64 processor with
 fused multiply-add, where AVX2 and AVX-512 give the same bits. Elsewhere they are left out; renew
-them on the earlier code there, and compare the later code with that. `kept_hopper.py` and
-`kept_loops.py` compare within tolerances, on any machine.
+them on the earlier code there, and compare the later code with that. `kept_results.py` compares
+within tolerances, on any machine.
 """
 
 import contextlib

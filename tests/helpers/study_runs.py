@@ -68,7 +68,7 @@ def undisturbed(place: Path) -> Path:
     with (place / "smoke.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (place / "smoke.printed").exists():
-            out, err = finish(start(folder, keep=place / PROGRAMS))
+            out, err = finish(start(folder, "--workers", "1", keep=place / PROGRAMS))
             (place / "smoke.printed").write_text(out + err)
     return folder
 

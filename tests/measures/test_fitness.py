@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -54,7 +55,12 @@ def judge(recorded: Trajectory, omega=5.0, fitness: Fitness = FITNESS) -> dict[s
         lambda x: jnp.asarray(np.broadcast_to(x, (lanes,)), "float32"), Scenario(np.asarray(omega))
     )
     body = jax.tree.map(jnp.float32, Hopper())
-    return jax.tree.map(np.asarray, fitness(recorded, scenario, body, TIMING))
+    return jax.tree.map(np.asarray, _judged(fitness, recorded, scenario, body))
+
+
+@partial(jax.jit, static_argnums=0)
+def _judged(fitness, recorded, scenario, body):
+    return fitness(recorded, scenario, body, TIMING)
 
 
 def sinusoid(*omegas: float, amplitude: float = 0.3) -> np.ndarray:

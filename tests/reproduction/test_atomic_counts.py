@@ -189,16 +189,6 @@ def test_the_lowest_of_others_is_that_over_all_designs():
     assert effect(table, measured=difference).effect == pytest.approx(0.4), "VG is lower on average"
 
 
-def test_the_lowest_of_others_need_not_have_every_design():
-    table = rows(
-        *(("V", drive, 4.0, 0.5) for drive in ("sector", "reflex")),
-        ("VG", "sector", 4.0, 0.4),
-        *(("VT", drive, 4.0, 0.9) for drive in ("tphi", "tf")),
-    )
-    difference = Difference("cot_inverse", V, ArchitectureGroup(("VG", "VT")), lowest=True)
-    assert effect(table, measured=difference).effect == pytest.approx(0.1)
-
-
 def test_a_gain_is_one_difference_less_another():
     table = rows(("V", "sector", 4.0, 1.0), ("VG", "sector", 4.0, 1.6), ("T", "tF", NAN, 1.2))
     difference = DoubleDifference("cot_inverse", (VG, V), (T, V))

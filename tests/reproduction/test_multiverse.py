@@ -17,7 +17,7 @@ from refusals import refused
 from research.reproduction.calibration.prior import PRIOR
 from research.reproduction.calibration.scores import EVALUATED_AS
 from research.reproduction.claims.counting import Count
-from research.reproduction.claims.estimates import NOT_KNOWN, EffectEstimate
+from research.reproduction.claims.estimates import EffectEstimate
 from research.reproduction.claims.findings import OPPOSITE, REPRODUCED, TOO_SMALL, Finding
 from research.reproduction.figures.multiverse import curve_figure, overview_figure
 from research.reproduction.readings.designs import (
@@ -50,7 +50,6 @@ from research.reproduction.readings.verdicts import (
 )
 from research.reproduction.report.multiverse import counts_by_claim, shares_table
 from study_tables import results
-from tegotae import study
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.parts.bodies import Hopper
@@ -246,17 +245,6 @@ def test_a_claim_is_judged_as_soon_as_all_of_its_models_are_there():
     assert not judged & {"learned-beats-v", "art-cot", "t-par", "v-t1", "efficient-is-slow"}
 
 
-def test_units_of_one_program_are_done_together_in_bundles_of_a_few():
-    units = multiverse("full", 8).units
-    bundles = study.bundles(units, 6)
-    assert [unit for bundle in bundles for unit in bundle] == units
-    assert max(map(len, bundles)) <= 6
-    assert all(
-        len({unit.run.learner.program(unit.run.experiment) for unit in bundle}) == 1
-        for bundle in bundles
-    )
-
-
 def test_more_readings_go_on_in_the_same_folder():
     few, many = multiverse("smoke", 2), multiverse("smoke", 5)
     assert few.document == many.document
@@ -326,13 +314,6 @@ def test_a_margin_says_what_the_outcome_says(effect, name):
     assert (claim_margin(finding) < -1.0) == (finding.outcome == OPPOSITE)
 
 
-def test_what_is_not_measured_has_no_margin_and_what_has_no_spread_is_clear():
-    claim = finding_of(1.0, 0.0).claim
-    assert math.isnan(claim_margin(Finding(claim, {Count(): NOT_KNOWN})))
-    assert claim_margin(finding_of(1.0, 0.0)) > 100.0
-    assert claim_margin(finding_of(-1.0, 0.0)) < -100.0
-
-
 # Tables and figures.
 
 
@@ -379,15 +360,6 @@ def test_the_table_of_shares_names_what_decides(trained):
     gains = next(row for row in rows if "`art-cot`" in row)
     assert "| training (+0." in gains
     assert " of 24 [" in gains
-
-
-def test_a_column_counts_the_readings_of_each_claim(trained):
-    readings, by_reading = trained
-    counts, allowed = counts_by_claim(readings, by_reading).values()
-    assert allowed.keys() <= counts.keys()
-    assert sum(map(int, counts["art-cot"].split(" / "))) == len(readings)
-    assert "pgpe-over-sac" not in counts, "no reading decides it"
-    assert not [cell for cell in counts.values() if "selected for" in cell]
 
 
 def test_readings_that_the_text_allows_are_counted_beside_all():

@@ -4,7 +4,6 @@ import dataclasses
 import math
 import sys
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from springs import Hertz
 from places import ROOT
 from programs import main
 from refusals import refused
-from research.reproduction.commands.optimum import unique_label
 from research.reproduction.export import write_study_csv
 from research.reproduction.optimum import (
     Certificate,
@@ -500,11 +498,3 @@ def test_a_table_of_another_body_is_not_held_against_this_ones_optimum(tmp_path,
     write_study_csv(table(optimum_share=np.full(5, np.nan)), path)
     message = one_line_error("reproduction", "optimum", str(path), "--out", str(tmp_path / "a.png"))
     assert f"{path} has no shares of the optimum" in message
-
-
-def test_a_controller_in_the_figure_is_called_by_its_model_not_by_its_file():
-    path = ROOT / "docs" / "_static" / "figures" / "optimum-ART-w8.json"
-    saved = controller_file.load(path)
-    assert unique_label(saved, path, []) == "ART-rF-tphif-w8"
-    assert unique_label(saved, Path("twin.json"), ["ART-rF-tphif-w8"]) == "ART-rF-tphif-w8 (twin)"
-    assert unique_label(dataclasses.replace(saved, name=None), path, []) == "optimum-ART-w8"

@@ -384,15 +384,6 @@ def test_a_report_names_the_reading_that_it_is_of(changed, name):
     assert f". {name}" in study_summary(document, 3)
 
 
-def test_what_experiments_do_not_share_is_not_said_of_all():
-    document = plan("smoke").document
-    first, *_ = document["experiments"].values()
-    first["system"]["body"]["mass_kg"] = 0.2
-    summary = study_summary(document, 3)
-    assert "A reading of its own: a leg of 1 m, " in summary
-    assert " kg" not in summary
-
-
 def test_a_whole_record_replaces_a_damaged_one_in_a_merge(damaged, smoke_study, tmp_path, capsys):
     source = study_runs.copy(smoke_study, tmp_path / "other", *study_runs.MODELS)
     assert main(["reproduction", "merge", str(source), "--dir", str(damaged)]) == 0
@@ -474,16 +465,6 @@ def test_a_place_that_cannot_be_written_is_refused(tmp_path, no_work, one_line_e
     words = ["--dir", str(tmp_path / place), "--scale", "smoke"]
     assert f"cannot write to the folder {tmp_path / place}: " in one_line_error(
         "reproduction", "run", *words
-    )
-
-
-def test_a_folder_without_permission_is_refused(half, no_work, one_line_error, monkeypatch):
-    def denied(*_, **__):
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-
-    monkeypatch.setattr("tegotae._support.files.tempfile.TemporaryFile", denied)
-    assert f"cannot write to the folder {half}: Permission denied" in one_line_error(
-        "reproduction", "run", "--dir", str(half), "--scale", "smoke"
     )
 
 

@@ -75,12 +75,10 @@ def test_a_worker_killed_during_the_run_changes_nothing(smoke_study, tmp_path):
 def test_a_cluster_of_this_machine_finds_the_same_from_a_plain_shell(smoke_study, tmp_path):
     """Its workers import the program's module before their environment is set."""
     folder = study_runs.copy(smoke_study, tmp_path / "study", "ART", "T")
-    words = ["run", "--dir", str(folder), "--scale", "smoke", "--cluster", "local"]
-    program = [sys.executable, "-m", "research.reproduction", *words]
-    scheduler = subprocess.run(program, capture_output=True, text=True)
-    assert scheduler.returncode == 0, scheduler.stderr
-    assert scheduler.stdout.startswith("3 records in ")
-    assert all(line.startswith("study  ") for line in scheduler.stderr.splitlines())
+    scheduler = study_runs.start(folder, "--cluster", "local", programs_of=smoke_study)
+    out, err = study_runs.finish(scheduler)
+    assert out.startswith("3 records in ")
+    assert all(line.startswith("study  ") for line in err.splitlines())
     study_runs.assert_same(folder, smoke_study)
 
 

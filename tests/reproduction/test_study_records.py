@@ -180,11 +180,6 @@ def test_a_folder_of_unknown_records_is_refused(folder: Folder) -> None:
     refused(r"no study\.json", lambda: runner.run_study(plan("smoke"), folder.path, instant))
 
 
-def test_a_pattern_that_matches_nothing_names_the_nearest() -> None:
-    refused("did you mean", plan, "paper", "ARTT-rF-tphi-w8")
-    refused("no scale is called 'huge'", plan, "huge")
-
-
 def test_the_paper_scale_is_the_papers() -> None:
     full = plan("paper")
     assert len(full.units) == 218
@@ -198,11 +193,3 @@ def test_every_architecture_is_in_the_quick_scale() -> None:
         recipe(unit.run.experiment.name).terms.architecture for unit in plan("quick").units
     }
     assert architectures == {"V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT", "T"}
-
-
-def test_the_table_has_a_row_per_model_and_run(folder: Folder, tmp_path: Path) -> None:
-    table = tabulate(folder.all()[0])
-    assert len(table) == 6
-    assert len(table.per_model()) == 3
-    write_study_csv(table, tmp_path / "table.csv")
-    assert len((tmp_path / "table.csv").read_text().splitlines()) == 7

@@ -74,7 +74,7 @@ def test_an_interrupted_study_goes_on_where_it_was_and_does_a_damaged_record_ane
     smoke_study, tmp_path, sign
 ):
     folder = study_runs.copy(smoke_study, tmp_path / "study", "ART", "T")
-    process = study_runs.start(folder, programs_of=smoke_study)
+    process = study_runs.start(folder, "--workers", "1", programs_of=smoke_study)
     observed = study_runs.wait_for(lambda: study_runs.workers(process), "workers", process)
     # Ctrl-C reaches every process of the terminal, a polite kill the one that is named.
     (os.killpg if sign == signal.SIGINT else os.kill)(process.pid, sign)

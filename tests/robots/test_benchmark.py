@@ -93,9 +93,16 @@ def test_who_folds_all_legs_falls_and_who_keeps_them_stands():
     assert stored.tolist() == [[0.0, 0.0]] * 2  # it stands, and does not walk
 
 
-def test_a_hopper_that_never_pushes_stands_and_scores_nothing():
-    scores = BriefHopper().scores(lambda: lambda observation: [0.0], "all")
-    assert scores.tolist() == [[0.0, 0.0]] * 2
+@pytest.fixture(scope="module")
+def still():
+    """The scores of a hopper that never pushes, and all that its policy observed."""
+    observed = []
+    scores = BriefHopper().scores(lambda: lambda seen: observed.append(seen.copy()) or [0.0], "all")
+    return scores, np.array(observed[:4])
+
+
+def test_a_hopper_that_never_pushes_stands_and_scores_nothing(still):
+    assert still[0].tolist() == [[0.0, 0.0]] * 2
 
 
 # What is met
@@ -108,26 +115,17 @@ def test_a_track_senses_all_that_the_one_before_it_does(subject):
     assert all("force" in name for name in load_)
 
 
-def test_a_policy_is_given_what_the_track_lists():
+def test_a_policy_is_given_what_the_track_lists(still):
     """Its first observation is that of the release: no load, falling or rising, at a height."""
-    subject, observation = BriefHopper(), []
-
-    def policy(observed):
-        observation.append(observed.copy())
-        return [0.0]
-
-    subject.scores(lambda: policy, "all")
-    first = np.array(observation[:4])
-    assert subject.senses["all"] == ("spring_force", "velocity", "height")
+    _, first = still
+    assert BriefHopper().senses["all"] == ("spring_force", "velocity", "height")
     assert (first[:, 0] == 0.0).all()
     assert (np.abs(first[:, 1]) <= 0.5).all()
     assert ((first[:, 2] > 1.0) & (first[:, 2] < 1.6)).all()
 
 
-def test_all_conditions_begin_from_the_same_starts_and_these_differ():
-    subject, observation = BriefHopper(), []
-    subject.scores(lambda: lambda observed: observation.append(observed.copy()) or [0.0], "all")
-    undisturbed, heavy = observation[:2], observation[2:4]
+def test_all_conditions_begin_from_the_same_starts_and_these_differ(still):
+    undisturbed, heavy = still[1][:2], still[1][2:]
     np.testing.assert_array_equal(undisturbed, heavy)
     assert not np.array_equal(undisturbed[0], undisturbed[1])
 

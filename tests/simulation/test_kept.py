@@ -1,12 +1,12 @@
 """Hopper, walker and a training on MuJoCo do what they did before, but for rounding.
 
-`kept_hopper` and `kept_loops` say how it was kept.
+`kept_results` says how it was kept.
 """
 
 import numpy as np
 import pytest
 
-import kept_hopper
+import kept_results
 
 
 def agree(pinned: dict[str, np.ndarray], results: dict[str, np.ndarray], *, to: float) -> None:
@@ -19,11 +19,11 @@ def agree(pinned: dict[str, np.ndarray], results: dict[str, np.ndarray], *, to: 
 
 @pytest.fixture(scope="module")
 def pinned() -> dict[str, np.ndarray]:
-    return kept_hopper.kept()
+    return kept_results.kept("hopper")
 
 
 def test_trajectories_of_the_hopper(pinned):
-    results = kept_hopper.trajectories()
+    results = kept_results.trajectories()
     double = {name: values for name, values in results.items() if ".float64." in name}
     assert len(double) > 50
     agree(pinned, double, to=1e-9)
@@ -32,7 +32,7 @@ def test_trajectories_of_the_hopper(pinned):
 
 @pytest.mark.thorough
 def test_a_training_of_the_hopper_and_its_evaluation(pinned):
-    results = kept_hopper.study()
+    results = kept_results.study()
     # Three generations, which amplify rounding: other processors part in the fourth digit.
     agree(
         pinned, {name: results[name] for name in ("study.weights", "study.best_fitness")}, to=1e-2
@@ -42,7 +42,7 @@ def test_a_training_of_the_hopper_and_its_evaluation(pinned):
 
 
 def test_an_evaluation_of_the_hopper(pinned):
-    results = kept_hopper.evaluation()
+    results = kept_results.evaluation()
     assert np.isfinite(results["evaluation.cot_inverse"]).any()
     agree(pinned, results, to=1e-2)
 
@@ -52,21 +52,19 @@ def loops(monkeypatch):
     """XLA made what is kept of legs; engines of other last bits are held to it elsewhere."""
     pytest.importorskip("mujoco")
     monkeypatch.setenv("TEGOTAE_ENGINE", "xla")
-    import kept_loops
-
-    return kept_loops
+    return kept_results.kept("loops")
 
 
 def test_a_walker_walks_as_it_did(loops):
-    results = loops.walker()
-    assert results.keys() <= loops.kept().keys()
-    agree(loops.kept(), results, to=1e-9)
+    results = kept_results.walker()
+    assert results.keys() <= loops.keys()
+    agree(loops, results, to=1e-9)
 
 
 @pytest.mark.thorough
 @pytest.mark.precise
 def test_a_training_on_mujoco_learns_what_it_did(loops):
     # Three generations, which amplify rounding: other processors part in the fourth digit.
-    results = loops.mujoco_training()
-    assert results.keys() <= loops.kept().keys()
-    agree(loops.kept(), results, to=1e-2)
+    results = kept_results.mujoco_training()
+    assert results.keys() <= loops.keys()
+    agree(loops, results, to=1e-2)

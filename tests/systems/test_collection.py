@@ -3,8 +3,6 @@
 import errno
 import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -127,13 +125,10 @@ def test_a_subfolder_that_cannot_be_read_is_named(folder, monkeypatch):
     refused(f"^cannot read {folder / 'more'}: Permission denied$", read_runs, folder)
 
 
-def test_evaluate_names_it_in_one_line_from_a_plain_shell(folder):
+def test_evaluate_names_it_in_one_line(folder, one_line_error):
     (folder / "b.json").write_bytes(b"")
-    completed = subprocess.run(
-        [sys.executable, "-m", "tegotae", "evaluate", str(folder)], capture_output=True, text=True
-    )
-    assert (completed.returncode, completed.stdout) == (2, "")
-    assert completed.stderr == f"tegotae: {folder / 'b.json'} is empty; remove it from the folder\n"
+    message = f"tegotae: {folder / 'b.json'} is empty; remove it from the folder\n"
+    assert one_line_error("evaluate", str(folder)) == message
 
 
 # Which files are runs of one set.

@@ -3,7 +3,6 @@
 The metrics of hopping are those of one leg. Whatever needs them says so before any work.
 """
 
-import dataclasses
 import json
 import math
 from pathlib import Path
@@ -17,13 +16,11 @@ from tegotae import Experiment, Rollout, Scenario, TegotaeError, Timing
 from tegotae.analysis.maps import map_basin
 from tegotae.analysis.orbit import find_orbit
 from tegotae.analysis.simulation import simulate
-from tegotae.envs import Limb, Wiring, check_wiring
 from tegotae.envs.settings import HopperSettings
 from tegotae.measures.hopping.gait import GaitSummary
 from tegotae.parts.fields import replace
 from tegotae.systems import controller_file
 from tegotae.systems.controller_file import SavedController
-from tegotae.systems.recipe import recipe
 from tegotae.systems.registry import imported
 
 FILE = TESTS / "users" / "two_legs.py"
@@ -136,16 +133,6 @@ def test_metrics_of_a_rollout_are_refused_while_it_is_compiled(saved):
     )
     with pytest.raises(TegotaeError, match="bodies of one limb; this recording has 2"):
         rollout.run(saved.weights, Scenario(8.0), saved.body)
-
-
-def test_a_wrapper_has_a_unit_a_limb_of_its_own():
-    import gymnasium
-
-    controller = dataclasses.replace(recipe("V-reflex-w8").controller(), limbs=2, sharing=(0, 1))
-    limb = Limb(senses={"spring_force": "x"}, drives="y")
-    wiring = Wiring(limbs=[limb], weights=[2.0, 2.0], omega=8.0, controller=controller)
-    problems = check_wiring(gymnasium.make("Pendulum-v1"), wiring, steps=0)
-    assert any("the controller has 2 units and the wiring 1 limbs" in p for p in problems)
 
 
 # Bodies that do not fit

@@ -32,10 +32,9 @@ from tegotae.systems.recipe import recipe
 from tegotae.systems.registry import imported, kinds, load_object
 from tegotae.training.algorithms import PGPE, Algorithm
 from tegotae.training.collection import read_runs
-from tegotae.training.evolution import Evolution
+from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.learner import Learner
 from tegotae.training.run import Run, curves_of, train
-from users_training import run_of
 
 FILE = TESTS / "users" / "my_parts.py"
 EXPERIMENT, ALGORITHM = f"{FILE}:experiment", f"{FILE}:Climb"
@@ -76,7 +75,8 @@ def test_an_experiment_of_own_parts_is_read_back_from_its_document(parts):
 
 
 def test_python_and_the_command_train_to_the_same_numbers(parts, trained, tmp_path):
-    paths = train(run_of(parts), tmp_path)
+    learner = Evolution(algorithm=parts.Climb(), stopping=Stopping.after(3))
+    paths = train(Run(experiment=parts.experiment, seeds=(0, 1), learner=learner), tmp_path)
     for path in paths:
         first, second = controller_file.load(path), controller_file.load(trained / path.name)
         np.testing.assert_array_equal(first.weights, second.weights)

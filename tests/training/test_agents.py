@@ -347,40 +347,8 @@ class TestBadInput:
         with pytest.raises(TegotaeError, match="no observation of this environment is called"):
             training(SAC, critic_senses=("colour",))
 
-    @pytest.mark.parametrize(
-        ("arguments", "message"),
-        [
-            (["AR", "--algorithm", "spo"], "no algorithm is called 'spo'; did you mean ppo"),
-            (["V", "--algorithm", "sac"], "sac has no meaning for V-reflex-w8"),
-            (
-                ["AR", "--algorithm", "sac", "--population", "8"],
-                "is called '--population",
-            ),
-            (
-                ["AR", "--algorithm", "ppo", "--generations", "8"],
-                "is called '--generations",
-            ),
-            (["AR", "--episodes", "8"], "is called '--episodes"),
-            (["AR", "--algorithm", "ppo", "--episodes", "0"], "episodes is 0"),
-        ],
-    )
-    def test_the_command_says_what_is_wrong_in_one_line(self, arguments, message, capsys, tmp_path):
-        assert main(["train", *arguments, "--out", str(tmp_path)]) == 2
-        output = capsys.readouterr().err
-        assert message in output
-        assert output.count("\n") == 1
-
-    @pytest.mark.parametrize(
-        ("words", "message"),
-        [
-            ([], "stable_baselines3 is not installed; pip install torch --index-url"),
-            (["--env", "leg"], "gymnasium, mujoco, stable_baselines3 are not installed"),
-            (["--env", "leg"], "then pip install 'tegotae[mujoco,sb3]', or in a clone"),
-            (["--tensorboard"], "then pip install 'tegotae[sb3,tensorboard]', or in a clone"),
-        ],
-    )
-    def test_one_line_names_all_missing_extras(self, tmp_path, words, message):
-        words = ["train", "AR", "--algorithm", "ppo", "--out", str(tmp_path), *words]
+    def test_one_line_names_all_missing_extras(self, tmp_path):
+        words = ["train", "AR", "--algorithm", "ppo", "--out", str(tmp_path)]
         program = (
             "import sys\n"
             "class Absent:\n"
@@ -389,12 +357,16 @@ class TestBadInput:
             "            raise ModuleNotFoundError('not installed', name=name)\n"
             "sys.meta_path.insert(0, Absent())\n"
             "from tegotae.cli import main\n"
-            f"sys.exit(main({words!r}))\n"
+            "for more in [], ['--env', 'leg'], ['--tensorboard']:\n"
+            f"    assert main([*{words!r}, *more]) == 2\n"
         )
         process = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
-        assert process.returncode == 2
-        assert message in process.stderr
-        assert process.stderr.count("\n") == 1
+        assert process.returncode == 0, process.stderr
+        alone, model, logs = process.stderr.splitlines()
+        assert "stable_baselines3 is not installed; pip install torch --index-url" in alone
+        assert "gymnasium, mujoco, stable_baselines3 are not installed" in model
+        assert "then pip install 'tegotae[mujoco,sb3]', or in a clone" in model
+        assert "then pip install 'tegotae[sb3,tensorboard]', or in a clone" in logs
         assert not list(tmp_path.iterdir())
 
 
