@@ -13,6 +13,7 @@ import pandas as pd
 
 from tegotae.analysis.explanation import (
     ALIKE,
+    EPISODE,
     NOTHING,
     Arc,
     Evaluated,
@@ -111,22 +112,13 @@ class ControllerPage:
     @property
     def table(self) -> pd.DataFrame:
         """Scores, one row per variant, release and frequency."""
-        releases, n = self.released.shape
-        rows = [
-            pd.DataFrame(
-                {
-                    "variant": name,
-                    "release": np.repeat(np.arange(releases), n),
-                    "omega_rad_per_s": np.tile(x.omega, releases),
-                    "merit": x.merit.ravel(),
-                    "rate_rad_per_s": x.rate_rad_per_s.ravel(),
-                    "sound": x.sound.ravel(),
-                    "speed_m_per_s": x.speed_m_per_s.ravel(),
-                }
-            )
+        axes = (range(self.released.shape[0]), self.released.omega)
+        episodes = pd.MultiIndex.from_product(axes, names=["release", "omega_rad_per_s"])
+        variants = {
+            name: pd.DataFrame({y: np.ravel(getattr(x, y)) for y in EPISODE}, episodes)
             for name, x in self.evaluated.items()
-        ]
-        return pd.concat(rows, ignore_index=True)
+        }
+        return pd.concat(variants, names=["variant"]).reset_index()
 
     @cached_property
     def scores(self) -> pd.DataFrame:
@@ -153,21 +145,16 @@ class ControllerPage:
         """The feedback's curves as formulas, with the share of the variance over the visits."""
         rows = []
         for i, v in enumerate(self.visited):
-            curves = {"A′(φ)": v.action, "G R(N)": v.gain * v.reaction}
-            is_finite = {name: np.isfinite(x).all() for name, x in curves.items()}
-            actions = {x.formula: x for x in action_fits(v)}.values()  # one harmonic may be all
-            fits = [("A′(φ)", x) for x in actions] if is_finite["A′(φ)"] else []
-            fits += (
-                [("G R(N)", x) for x in reaction_fits(v).values()] if is_finite["G R(N)"] else []
-            )
-            for curve, fit in fits:
-                row = {"curve": curve, "formula": fit.formula, "R²": _explained(fit.explained)}
-                rows.append({"set": i, **row})
+            fits = []
+            if np.isfinite(v.action).all():
+                actions = {x.formula: x for x in action_fits(v)}  # one harmonic may be all
+                fits += [("A′(φ)", x) for x in actions.values()]
+            if np.isfinite(v.gain * v.reaction).all():
+                fits += [("G R(N)", x) for x in reaction_fits(v).values()]
+            rows += [(i, curve, x.formula, _explained(x.explained)) for curve, x in fits]
         table = pd.DataFrame(rows, columns=["set", "curve", "formula", "R²"])
-        several = len(self.visited) > 1
-        return table.set_index(["set", "curve"] if several else "curve").drop(
-            columns=[] if several else "set"
-        )
+        indexed = table.set_index(["set", "curve"])
+        return indexed if len(self.visited) > 1 else indexed.droplevel("set")
 
     @cached_property
     def tried(self) -> pd.DataFrame:

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from tegotae.measures.evaluation import EvaluatedEpisodes, Protocol
-from tegotae.measures.hopping.metrics import HOPPING, LIMIT_CYCLE, REGIME, GaitMetric
+from tegotae.measures.hopping.metrics import LIMIT_CYCLE, REGIME, cot_inverse, hop_rate
 from tegotae.measures.statistics import (
     POSITIVE,
     Interval,
@@ -40,6 +40,8 @@ PARKED = 0.1
 """A phase that moves slower than this share of ω waits."""
 _BINS = 120
 """Parts of a turn in which phases are counted."""
+EPISODE = ("merit", "rate_rad_per_s", "sound", "speed_m_per_s")
+"""Numbers of an episode (`Evaluated`)."""
 _CHANNELS = ("phase_rad", "spring_force_n", "velocity_m_per_s", "feedback_rad_per_s")
 
 
@@ -80,8 +82,7 @@ class Evaluated:
 
     def of_releases(self, releases: slice) -> Evaluated:
         """Return the part that belongs to some of the releases."""
-        rows = (self.merit, self.rate_rad_per_s, self.sound, self.speed_m_per_s)
-        return Evaluated(self.omega, *(x[releases] for x in rows))
+        return Evaluated(self.omega, *(getattr(self, name)[releases] for name in EPISODE))
 
     @property
     def rates(self) -> np.ndarray:
@@ -197,9 +198,6 @@ class ReleasedHopper(ReleasedController):
 
     def evaluated(self, controller: Controller, weights: np.ndarray) -> Evaluated:
         system = self.saved.system
-        metrics = [
-            x for x in HOPPING.select(("cot_inverse", "hop_rate")) if isinstance(x, GaitMetric)
-        ]
         omega = np.tile(self.omega, self.shape[0])
         if controller.oscillator is None:
             omega = np.full_like(omega, np.nan)
@@ -211,7 +209,7 @@ class ReleasedHopper(ReleasedController):
             self.protocol,
             system.integrator,
         )
-        values, _ = episodes.measured(metrics, ())
+        values, _ = episodes.measured((cot_inverse, hop_rate), ())
         results = {name: np.reshape(x, self.shape) for name, x in values.items()}
         merit, rate = np.nan_to_num(results["cot_inverse"]), results["hop_rate"]
         return Evaluated(

@@ -75,17 +75,14 @@ def measure_phase_response(
     last = table.n_hops - 1
     k = orbit.hops
     unpushed = np.tile(np.arange(points), len(pushes))
-    shift = np.full(len(push), np.nan)
-    nearest = np.full(len(push), np.inf)
     # In a cycle of k hops, the last hop may be any of them: take the one that looks alike.
-    for back in range(k):
-        distance = _distance(table, rows, last, unpushed, last[unpushed] - back, k)
-        time = table.time_s[last, rows], table.time_s[last[unpushed] - back, unpushed]
-        closer = distance < nearest
-        earlier = turn(TWO_PI * (time[1] - time[0]) / orbit.period_s)
-        shift = np.where(closer, earlier, shift)
-        nearest = np.minimum(distance, nearest)
-    shift = np.where((nearest <= 1.0) & (last >= k), shift, np.nan)
+    distances = np.array(
+        [_distance(table, rows, last, unpushed, last[unpushed] - back, k) for back in range(k)]
+    )
+    alike = last[unpushed] - distances.argmin(axis=0)
+    earlier_s = table.time_s[alike, unpushed] - table.time_s[last, rows]
+    shift = turn(TWO_PI * earlier_s / orbit.period_s)
+    shift = np.where((distances.min(axis=0) <= 1.0) & (last >= k), shift, np.nan)
     rows = len(push_ns)
     return pd.DataFrame(
         {

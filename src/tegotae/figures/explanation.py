@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from tegotae.analysis.explanation import Evaluated, Visits
 from tegotae.analysis.surface import Surface
 from tegotae.figures.cycles import draw_surface, phase_axis
+from tegotae.figures.intervals import draw_intervals
 from tegotae.figures.style import COLOURS, COLUMN_IN, PAGE_IN, literal_text, new_figure, styled
 from tegotae.measures.statistics import Interval
 from tegotae.parts.maths import TWO_PI
@@ -74,13 +75,10 @@ def forms_figure(
     """
     figure = new_figure(COLUMN_IN, 1.1 + 0.15 * len(forms))
     axes = figure.subplots()
-    rows = np.arange(len(forms))
-    means = np.array([(x.mean, x.mean - x.low, x.high - x.mean) for _, _, x in forms]).T
-    ends = np.nan_to_num(means[1:])
-    axes.errorbar(means[0], rows, xerr=ends, fmt="o", ms=3, color=COLOURS[0])
+    names = [f"{name} ({numbers})" for name, numbers, _ in forms]
+    draw_intervals(axes, names, (score for *_, score in forms))
     for (name, result), style in zip(evaluated.items(), ("-", "--", ":"), strict=False):
         axes.axvline(result.mean.mean, color=COLOURS[2], lw=0.8, ls=style, label=name)
-    axes.set_yticks(rows, [f"{name} ({numbers})" for name, numbers, _ in forms])
     axes.invert_yaxis()
     axes.set(xlim=(0.0, None), xlabel=f"score, mean CoT⁻¹ [{unit}]", ylabel="form (numbers)")
     figure.legend(loc="outside upper center", ncols=3)

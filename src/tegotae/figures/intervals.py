@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tegotae.figures.style import COLOURS, PAGE_IN, literal_text, new_figure, styled
@@ -23,18 +24,21 @@ def intervals_figure(names: Sequence[str], cells: Mapping[str, Iterable[Interval
         cells: their means by the label of the quantity.
     """
     rows = math.ceil(len(cells) / _ACROSS)
-    place = np.arange(len(names))
     figure = new_figure(PAGE_IN, rows * (0.8 + 0.2 * len(names)))
     panels = figure.subplots(rows, _ACROSS, sharey=True, squeeze=False).ravel()
     for panel, (label, values) in zip(panels, cells.items(), strict=False):
-        means = list(values)
-        mean = np.array([cell.mean for cell in means])
-        ends = np.array([(cell.mean - cell.low, cell.high - cell.mean) for cell in means])
-        panel.errorbar(mean, place, xerr=np.nan_to_num(ends.T), fmt="o", color=COLOURS[0])
+        draw_intervals(panel, names, values)
         panel.set_xlabel(literal_text(label))
-        panel.set_yticks(place, [literal_text(name) for name in names])
         panel.margins(y=0.3)
     panels[0].invert_yaxis()
     for panel in panels[len(cells) :]:
         panel.set_visible(False)
     return figure
+
+
+def draw_intervals(axes: Axes, names: Sequence[str], means: Iterable[Interval]) -> None:
+    """Draw means as dots, a row each, with lines over their 95 % intervals."""
+    mean, low, high = np.array([(x.mean, x.low, x.high) for x in means]).T
+    ends, rows = np.nan_to_num([mean - low, high - mean]), np.arange(len(names))
+    axes.errorbar(mean, rows, xerr=ends, fmt="o", ms=3, color=COLOURS[0])
+    axes.set_yticks(rows, [literal_text(name) for name in names])

@@ -92,6 +92,10 @@ class FrontFamily:
         law = ShortLaw(name=self.name, action=action, gain=ConstantGain(), step=TunedFoot)
         return law.controller(legged.system, MOST_WEIGHTS)
 
+    def free(self, shares: np.ndarray) -> dict[str, np.ndarray]:
+        """Return free numbers at shares of their ranges, from 0 to 1, [walkers, numbers]."""
+        return {name: x.quantile(shares[:, i]) for i, (name, x) in enumerate(self.ranges.items())}
+
     def numbers(self, legged: Legged, free: Numbers) -> dict[str, np.ndarray]:
         """Return all numbers of walkers, the fixed ones those of the system.
 

@@ -169,13 +169,9 @@ class FrontPart(Cell):
         legged, family, search = self.legged, self.family, self.search
         shares = self._shares()
         phase = family.phases(legged, search.starts, search.seed)
-        free = {
-            n: number_range.quantile(shares[:, i])
-            for i, (n, number_range) in enumerate(family.ranges.items())
-        }
         tick = legged.timing.tick_s
         timing = Timing(duration_s=search.duration_s, tick_s=tick, frame_s=_COARSE_TICKS * tick)
-        numbers = family.numbers(legged, free)
+        numbers = family.numbers(legged, family.free(shares))
         final: Travel = _run(legged, family, numbers, phase, travel, timing)
         speed, cost = travelled(legged, final, search.starts)
         return CellResult(self.document, {}, {"shares": shares, "speed": speed, "cost": cost})
@@ -216,12 +212,7 @@ def search_front(
         results = measured_in_turn(parts, folder, family.name, SUFFIX)
     arrays = together(results)
     last = cheapest(arrays["speed"], arrays["cost"], _FINALISTS)
-    shares = arrays["shares"][last]
-    free = {
-        name: temporary.quantile(shares[:, i])
-        for i, (name, temporary) in enumerate(family.ranges.items())
-    }
-    numbers = family.numbers(legged, free)
+    numbers = family.numbers(legged, family.free(arrays["shares"][last]))
     rows = evaluated(legged, family, numbers, search.unseen, search.seed + UNSEEN)
     rows = rows[(rows.upright == 1.0) & (rows.steady == 1.0) & (rows.speed >= _LEAST_SPEED)]
     best = cheapest(rows.speed.to_numpy(), rows.cost_of_transport.to_numpy(), 1)
@@ -320,18 +311,15 @@ def evaluated(
     duty = np.asarray(columns.duty_factor).mean(axis=0).reshape(walkers, starts)
     return pd.DataFrame(
         {
+            **measured,
+            **{name: np.asarray(numbers[name], float) for name in NUMBERS},
             "family": family.name,
             "speed": measured["speed_m_per_s"],
-            "cost_of_transport": measured["cost_of_transport"],
-            **{name: np.asarray(numbers[name], float) for name in NUMBERS},
-            "upright": measured["upright"],
             "steady": _steady_lanes(path).reshape(walkers, starts).mean(axis=1),
-            "locked": measured["locked"],
             "speed_spread": np.nanstd(speeds, axis=1),
-            "gait": measured["gait"],
-            "gait_share": measured["gait_share"],
             "duty_factor": mean_defined(duty),
-        }
+        },
+        columns=list(COLUMNS),
     )
 
 

@@ -19,6 +19,9 @@ from tegotae.parts.bodies.walker.mechanics import from_angles, rotation
 from tegotae.simulation.recorder import Trajectory
 from tegotae.systems.legged import Legged
 
+_PLANE = np.array([1.0, 1j, 0.0])
+"""Makes of a place x + iy, which turns by a factor."""
+
 
 class LegPositions(NamedTuple):
     """Places in the world, x forward, y left, z up [m]."""
@@ -40,20 +43,13 @@ class LegPositions(NamedTuple):
         """
         if self.heading_rad is None:
             return self
-        cos, sin = np.cos(self.heading_rad), np.sin(self.heading_rad)
-
-        def turned(xy: np.ndarray) -> np.ndarray:
-            c, s = (component.reshape(-1, *[1] * (xy.ndim - 2)) for component in (cos, sin))
-            return np.stack(
-                [c * xy[..., 0] + s * xy[..., 1], c * xy[..., 1] - s * xy[..., 0]], axis=-1
-            )
-
-        middle = self.hips_m[..., :2].mean(axis=1)
-        path = np.cumsum(turned(np.diff(middle, axis=0, prepend=middle[:1])), axis=0)
+        turn = np.exp(-1j * self.heading_rad)[:, None]
+        middle = (self.hips_m @ _PLANE).mean(axis=1, keepdims=True)
+        path = np.cumsum(turn * np.diff(middle, axis=0, prepend=middle[:1]), axis=0)
 
         def moved(places: np.ndarray) -> np.ndarray:
-            off = turned(places[..., :2] - middle[:, None])
-            return np.concatenate([path[:, None] + off, places[..., 2:]], axis=-1)
+            seen = path + turn * (places @ _PLANE - middle)
+            return np.stack([seen.real, seen.imag, places[..., 2]], axis=-1)
 
         return self._replace(hips_m=moved(self.hips_m), feet_m=moved(self.feet_m))
 
@@ -190,15 +186,9 @@ class _View:
             axes.axhspan(-1e3, 0.0, color="0.88", lw=0)
             axes.set_ylim(-0.15, float(top) + _MARGIN)
         (self.outline,) = axes.fill([0.0], [0.0], color="0.75", ec="k", lw=1.0, zorder=2)
-        limbs = legged.body.limbs
-        self.legs = [
-            axes.plot([], [], "-", color=COLOURS[i % len(COLOURS)], lw=1.6, zorder=3)[0]
-            for i in range(limbs)
-        ]
-        self.feet = [
-            axes.plot([], [], "o", color=COLOURS[i % len(COLOURS)], ms=6, zorder=4)[0]
-            for i in range(limbs)
-        ]
+        colours = [COLOURS[i % len(COLOURS)] for i in range(legged.body.limbs)]
+        self.legs = [axes.plot([], [], "-", color=x, lw=1.6, zorder=3)[0] for x in colours]
+        self.feet = [axes.plot([], [], "o", color=x, ms=6, zorder=4)[0] for x in colours]
         self.order = _hips_in_order(shape.hips_m[0])
 
     def draw(self, index: int) -> None:
