@@ -86,7 +86,7 @@ Line = Mapping[str, pd.DataFrame]
 
 def _shares(members: Sequence[Done], disturbances: Sequence[Disturbance]) -> Line:
     tables = dict(enumerate(outcome.table for _, outcome in members))
-    combined = pd.concat(tables, names=["member"]).reset_index("member")
+    combined = pd.concat(tables, names=["member", None]).reset_index("member")
     combined["whose"] = combined.groupby(["member", "run"]).ngroup()
     met, line = set(combined["condition"]), {}
     for disturbance in disturbances:
