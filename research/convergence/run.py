@@ -19,16 +19,19 @@ integrators; sensitive ones lie between, and are counted apart.
 
 from __future__ import annotations
 
-import csv
 import sys
 from dataclasses import dataclass
 from math import cos, pi, sin, sqrt
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 import tegotae
-from research.frame import main
+from research.frame import main, write_rows
+from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.hopping import hop_height_m
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.oscillators import PhaseOscillator
@@ -51,8 +54,8 @@ from tegotae.simulation.integrators import (
 )
 from tegotae.systems.controller_file import load
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
-sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
+FOLDER = Path(__file__).parent
+sys.path.insert(0, str(FOLDER.parents[1] / "tests" / "helpers"))
 
 from oracle import Law, fly, network, vanilla  # noqa: E402
 
@@ -271,34 +274,15 @@ def study_of_learned() -> list[dict]:
     return rows
 
 
-def errors_mm(rows: list[dict], **where) -> np.ndarray:
-    """Return the errors [mm] of the cases of some rows."""
-    matches = [r for r in rows if all(r[k] == v for k, v in where.items())]
-    return np.array([r["largest_apex_error_mm"] for r in matches])
-
-
-def summary(rows: list[dict]) -> list[dict[str, str]]:
+def summary(table: pd.DataFrame) -> pd.DataFrame:
     """Return the largest error [mm] of every combination, a column per control period."""
-    keys = ("kind", "scheme", "dtype", "actuation")
-    table = []
-    for values in dict.fromkeys(tuple(r[k] for k in keys) for r in rows):
-        labels = dict(zip(keys, values, strict=True))
-        worst = {t: errors_mm(rows, tick_ms=1e3 * t, **labels).max() for t in TICKS_S}
-        cells = {
-            f"{1e3 * t:g} ms": "hops lost" if np.isinf(e) else f"{float(f'{e:.2g}'):g}"
-            for t, e in worst.items()
-        }
-        cases = len(errors_mm(rows, tick_ms=1e3 * TICKS_S[0], **labels))
-        table.append({**labels, "cases": str(cases), **cells})
-    return sorted(table, key=lambda row: row["kind"])
-
-
-def write_table(rows: list[dict], path: Path) -> None:
-    """Write a CSV file."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+    keys = ["kind", "scheme", "dtype", "actuation"]
+    groups = table.groupby([*keys, "tick_ms"], sort=False).largest_apex_error_mm
+    largest = groups.max().map(lambda x: "hops lost" if np.isinf(x) else f"{float(f'{x:.2g}'):g}")
+    result = largest.unstack().rename(columns=lambda tick_ms: f"{tick_ms:g} ms")
+    result.insert(0, "cases", groups.size().unstack()[1e3 * TICKS_S[0]])
+    order = table[keys].drop_duplicates().sort_values("kind", kind="stable")
+    return result.loc[list(order.itertuples(index=False, name=None))].reset_index()
 
 
 STYLES = {
@@ -310,66 +294,51 @@ STYLES = {
 """Label, grey, marker and line of each curve."""
 
 
-def draw(rows: list[dict], path: Path) -> None:
+def draw(table: pd.DataFrame) -> Figure:
     """Draw worst (marked) and median (thin) error over the control period, one panel per
     actuation.
     """
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    with plt.rc_context({"font.size": 8, "axes.spines.top": False, "axes.spines.right": False}):
-        figure, axes = plt.subplots(1, 2, figsize=(7.0, 3.1), sharey=True, layout="constrained")
+    regular = table[table.kind == "regular"]
+    with styled():
+        figure = new_figure(PAGE_IN, 3.1)
+        axes = figure.subplots(1, 2, sharey=True)
         for axis, actuation in zip(axes, ACTUATIONS, strict=True):
-            regular = [r for r in rows if r["actuation"] == actuation and r["kind"] == "regular"]
-            _panel(axis, regular)
-            cases = {(r["omega_rad_per_s"], r["sigma_rad_per_s_n"]) for r in regular}
-            axis.set_title(f"{actuation} actuation, {len(cases)} regular cases", fontsize=8)
+            rows = regular[regular.actuation == actuation]
+            _panel(axis, rows)
+            cases = len(rows[["omega_rad_per_s", "sigma_rad_per_s_n"]].drop_duplicates())
+            axis.set_title(f"{actuation} actuation, {cases} regular cases")
         axes[0].set_ylabel("apex error in 20 s [mm]\nmarked: worst case, thin: median")
         axes[0].annotate("1 mm asked", (0.5, 1.0), (0, 2), textcoords="offset points", color="0.5")
-        handles = axes[0].get_legend_handles_labels()
-        figure.legend(*handles, loc="outside lower center", ncols=2, frameon=False)
-        figure.savefig(path, dpi=200)
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
 
 
-def _panel(axis, rows: list[dict]) -> None:
-    ticks_ms = [1e3 * tick_s for tick_s in TICKS_S]
+def _panel(axis: Axes, rows: pd.DataFrame) -> None:
     for (scheme, dtype), (label, grey, marker, line) in STYLES.items():
-        errors = [errors_mm(rows, scheme=scheme, dtype=dtype, tick_ms=t) for t in ticks_ms]
-        worst = [e.max() for e in errors]
-        axis.plot(ticks_ms, worst, color=grey, marker=marker, ls=line, label=label)
-        axis.plot(ticks_ms, [np.median(e) for e in errors], color=grey, ls=line, lw=0.7)
-        for tick_ms, error in zip(ticks_ms, worst, strict=True):
-            if np.isinf(error):
-                axis.text(tick_ms, TOP_MM, "hops\nlost", color=grey, ha="center", va="top")
+        errors = rows[(rows.scheme == scheme) & (rows.dtype == dtype)].groupby("tick_ms")
+        worst = errors.largest_apex_error_mm.max()
+        axis.plot(worst, color=grey, marker=marker, ls=line, label=label)
+        axis.plot(errors.largest_apex_error_mm.median(), color=grey, ls=line, lw=0.7)
+        for tick_ms in worst.index[np.isinf(worst)]:
+            axis.text(tick_ms, TOP_MM, "hops\nlost", color=grey, ha="center", va="top")
     axis.axhline(1e3 * ASKED_M, color="0.8", lw=0.8, zorder=0)
     axis.set(xscale="log", yscale="log", xlabel="control period [ms]", ylim=(5e-4, TOP_MM))
-    axis.set_xticks(ticks_ms, [f"{t:g}" for t in ticks_ms])
+    axis.set_xticks(worst.index, [f"{tick_ms:g}" for tick_ms in worst.index])
     axis.minorticks_off()
-
-
-def write_rows(rows: list[dict], path: Path) -> None:
-    """Write a table of cases, its measured numbers in four digits."""
-    measured = ("amplification", "largest_apex_error_mm")
-    write_table([{**row, **{key: f"{row[key]:.4g}" for key in measured}} for row in rows], path)
 
 
 def laws() -> None:
     """Run the study of learned laws, and write its table."""
-    write_rows(study_of_learned(), Path(__file__).parent / "convergence_learned.csv")
+    write_rows(FOLDER / "convergence_learned.csv", study_of_learned(), digits=4)
 
 
 def vanilla_cases() -> None:
     """Run the study of vanilla feedback, and write its tables and figure."""
-    folder, rows = Path(__file__).parent, study()
-    write_rows(rows, folder / "convergence.csv")
-    largest = summary(rows)
-    write_table(largest, folder / "convergence_largest.csv")
-    draw(rows, folder / "convergence.png")
-    print("largest apex error [mm]:")
-    for row in largest:
-        print("  ".join(f"{value:10}" for value in row.values()))
+    table = pd.DataFrame(study())
+    write_rows(FOLDER / "convergence.csv", table.to_dict("records"), digits=4)
+    largest = FOLDER / "convergence_largest.csv"
+    summary(table).to_csv(largest, index=False, lineterminator="\n")
+    save_figure(draw(table), FOLDER / "convergence.png")
 
 
 if __name__ == "__main__":

@@ -15,7 +15,6 @@ over the gaits that settle, and recover from the drop, under every value of the 
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import math
 from pathlib import Path
@@ -24,6 +23,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from research.frame import main, write_rows
 from tegotae import Hopper, Scenario
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.evaluation import EvaluatedEpisodes, Protocol
@@ -31,8 +31,6 @@ from tegotae.measures.hopping import LimitCycle, gait
 from tegotae.measures.hopping.gait import Gait
 from tegotae.measures.hopping.metrics import LIMIT_CYCLE
 from tegotae.systems.recipe import recipe
-
-DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 ACTUATIONS = ("sector", "reflex")
 OMEGAS = np.arange(3.0, 11.0)
@@ -166,33 +164,17 @@ def _short(value: float) -> str:
     return "∞" if value == math.inf else f"{value:g}"
 
 
-def main() -> None:
-    """Run the study, write its table and figure."""
+def run() -> None:
+    """Run the study, and write its table and figure."""
     episodes = rollouts(DEFAULT.undisturbed_s)
     rows = []
     for setting in SWEEPS:
         rows += sweep(setting, episodes)
         print(f"{setting} done")
-    folder = Path(__file__).parent
-    with (folder / "limit_cycle_sensitivity.csv").open("w", newline="", encoding="utf-8") as file:
-        table = csv.DictWriter(file, rows[0].keys(), lineterminator="\n")
-        table.writeheader()
-        for row in rows:
-            table.writerow(
-                {
-                    k: f"{v:.4g}" if isinstance(v, (float, np.floating)) else v
-                    for k, v in row.items()
-                }
-            )
-    draw(rows, folder / "limit_cycle_sensitivity.png")
-    columns = ("setting", "value", "limit_cycle_share", "recovery_share", "t0_s", "t1_s")
-    for row in rows:
-        print("  ".join(_cell(row[name]) for name in (*columns, "cot_inverse", "delta_omega")))
-
-
-def _cell(value) -> str:
-    return f"{value:<20}" if isinstance(value, str) else f"{value:<8.4g}"
+    file = Path(__file__).with_suffix(".csv")
+    write_rows(file, rows, digits=4)
+    draw(rows, file.with_suffix(".png"))
 
 
 if __name__ == "__main__":
-    main()
+    main(run)

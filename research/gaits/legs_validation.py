@@ -10,7 +10,6 @@ Lengths, times and forces are in the leg's length, √(l0/g) and the weight.
 
 from __future__ import annotations
 
-import csv
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from research.benchmarks import mujoco_walker
+from research.frame import main, write_rows
 from tegotae import Timing
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.parts.bodies import Walker
@@ -163,14 +163,6 @@ def twin_rows(name: str, path: dict[str, np.ndarray]) -> list[dict[str, Any]]:
     return rows
 
 
-def write(rows: list[dict[str, Any]], path: Path) -> None:
-    """Write a table."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.DictWriter(stream, rows[0], lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
-
-
 def draw(ticks: list[dict[str, Any]], twins: list[dict[str, Any]], path: Path) -> None:
     """Draw errors over the tick; lag and speed of walker, twin and adaptive solver over
     frequency.
@@ -214,18 +206,17 @@ def draw(ticks: list[dict[str, Any]], twins: list[dict[str, Any]], path: Path) -
         save_figure(figure, path)
 
 
-def main() -> None:
+def run() -> None:
     """Run the whole study."""
-    OUT.mkdir(exist_ok=True)
     ticks, twins = [], []
     for name in SETS:
         paths = {tick: engine(name, tick) for tick in TICKS}
         ticks += tick_rows(name, paths)
         twins += twin_rows(name, paths[FRAME / 10])
-    write(ticks, OUT / "legs_validation_ticks.csv")
-    write(twins, OUT / "legs_validation_twin.csv")
+    write_rows(OUT / "legs_validation_ticks.csv", ticks, digits=4)
+    write_rows(OUT / "legs_validation_twin.csv", twins, digits=4)
     draw(ticks, twins, OUT / "legs_validation.png")
 
 
 if __name__ == "__main__":
-    main()
+    main(run)
