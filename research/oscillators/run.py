@@ -16,26 +16,23 @@ that of the phase oscillator to the bit (`tests/parts/test_planar_oscillators.py
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
-from research.frame import main, markdown_table, write_rows, write_text
+from research.frame import Row, main, markdown_table, write_rows, write_text
 from research.reproduction.folder import Folder
 from research.reproduction.plan import Plan
 from research.reproduction.runner import run_study
 from research.reproduction.table import tabulate
 from tegotae._support.errors import TegotaeError
-from tegotae._support.files import output_folder
-from tegotae._support.tables import read_csv
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.metrics import HOPPING
-from tegotae.measures.statistics import interval, stratified_difference
+from tegotae.measures.statistics import Interval, interval, stratified_difference
 from tegotae.parts.oscillators import OSCILLATORS, PHASE
 from tegotae.study import on_cores
 from tegotae.systems.recipe import recipe
@@ -44,7 +41,7 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 ARCHITECTURES = ("V", "VG", "VT", "VGT", "AR", "ART", "ARG", "ARGT")
 """The paper's, each by its plainest member: on F_k alone, with reflex, or T on [φ, f]."""
-COMPARED = tuple(name for name in OSCILLATORS if name != "hopf")
+COMPARED = tuple(name for name in OSCILLATORS if name not in ("hopf", PHASE))
 CELL = ("architecture", "oscillator", "omega_t")
 SHOWN = {
     "best_fitness": "fitness [m/J]",
@@ -85,19 +82,14 @@ class Matter:
 
     def run(self) -> None:
         """Run the whole study."""
-        output_folder(self.out)
         if not self.tables_only:
             run_study(self.plan, self.dir, partial(on_cores, workers=self.workers))
-        columns = self._columns()
-        results = [
-            dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
-        ]
-        write_rows(self.out / "matter.csv", results, digits=5, by=CELL)
-        rows = read_csv(self.out / "matter.csv", (*CELL, *SHOWN))
-        for omega in np.unique(rows["omega_t"]):
-            selection = _where(rows, rows["omega_t"] == omega)
-            write_text(self.out / f"matter-w{omega}.md", markdown(selection))
-            save_figure(draw(selection), self.out / f"matter-w{omega}.png")
+        write_rows(self.out / "matter.csv", self._rows(), digits=5, by=CELL)
+        table = pd.read_csv(self.out / "matter.csv")
+        table = table.assign(best_fitness=table.best_fitness.clip(lower=0.0))
+        for omega, rows in table.groupby("omega_t"):
+            write_text(self.out / f"matter-w{omega:g}.md", markdown(rows))
+            save_figure(draw(rows), self.out / f"matter-w{omega:g}.png")
 
     @property
     def plan(self) -> Plan:
@@ -111,19 +103,17 @@ class Matter:
         )
         return Plan(scale="quick", experiments=experiments, seeds=self.seeds, budgets=())
 
-    def _columns(self) -> dict[str, Any]:
+    def _rows(self) -> list[Row]:
         records, damaged = Folder(self.dir).all()
         if damaged or not records:
             raise TegotaeError("; ".join(damaged) or f"{self.dir} holds no records")
-        table = tabulate(records)
-        parts = [name.partition("+") for name in table["model"]]
-        place = {
-            "architecture": [model.partition("-")[0] for model, _, _ in parts],
-            "oscillator": [oscillator or PHASE for _, _, oscillator in parts],
-        }
-        fields = ("omega_t", "run", "best_fitness", "episodes_trained", "ended")
-        measured = tuple(m.name for m in HOPPING.metrics() if m.name in table.columns)
-        return {**place, **{name: table[name] for name in (*fields, *measured)}}
+        table = pd.DataFrame(tabulate(records).columns)
+        names = table.model.str.partition("+")
+        table["architecture"] = names[0].str.partition("-")[0]
+        table["oscillator"] = names[2].where(names[2] != "", PHASE)
+        fields = ("architecture", "oscillator", "omega_t", "run", "best_fitness")
+        measured = (m.name for m in HOPPING.metrics() if m.name in table)
+        return table[[*fields, "episodes_trained", "ended", *measured]].to_dict("records")
 
 
 def model_name(architecture: str, oscillator: str, omega: float) -> str:
@@ -134,57 +124,41 @@ def model_name(architecture: str, oscillator: str, omega: float) -> str:
     return f"{plain}-w{omega:g}" + ("" if oscillator == PHASE else f"+{oscillator}")
 
 
-def column(rows: dict[str, Any], name: str) -> np.ndarray:
-    """Return a column of numbers, NaN where it is empty; without hopping no work is useful, 0
-    m/J.
+def compared(rows: pd.DataFrame, oscillator: str, name: str) -> Interval:
+    """Return the mean difference of a column from the phase oscillator, with its interval.
+
+    Architecture by architecture, and then the mean over these.
     """
-    values = np.array([float(x) if x != "" else math.nan for x in rows[name]])
-    return np.maximum(values, 0.0) if name == "best_fitness" else values
-
-
-def compared(rows: dict[str, Any], oscillator: str, name: str) -> tuple[float, float, float]:
-    """Return the mean difference from the phase oscillator and its 95 % interval.
-
-    Architecture by architecture and frequency by frequency, and then the mean over these.
-    """
-    values = column(rows, name)
     strata = []
-    for cell in sorted(set(zip(rows["architecture"], rows["omega_t"], strict=True))):
-        inside = (np.asarray(rows["architecture"]) == cell[0]) & (
-            np.asarray(rows["omega_t"]) == cell[1]
-        )
-        ours, theirs = (
-            values[inside & (np.asarray(rows["oscillator"]) == candidate)]
-            for candidate in (oscillator, PHASE)
-        )
-        if len(ours) and len(theirs):
-            strata.append((ours, theirs))
-    estimate = stratified_difference(strata)
-    return estimate.mean, estimate.low, estimate.high
+    for _, cell in rows.groupby("architecture"):
+        pair = [cell[name][cell.oscillator == x].to_numpy() for x in (oscillator, PHASE)]
+        if all(map(len, pair)):
+            strata.append(pair)
+    return stratified_difference(strata)
 
 
-def markdown(rows: dict[str, Any]) -> str:
+def markdown(rows: pd.DataFrame) -> str:
     """Return the differences as tables in Markdown: where terms are learned, and of V alone."""
-    vanilla = np.asarray(rows["architecture"]) == "V"
-    parts = (("learned terms", ~vanilla), ("V", vanilla))
-    return "\n".join(_table(title, _where(rows, inside)) for title, inside in parts)
+    vanilla = rows.architecture == "V"
+    parts = (("learned terms", rows[~vanilla]), ("V", rows[vanilla]))
+    return "\n".join(_table(title, part) for title, part in parts)
 
 
-def _where(rows: dict[str, Any], inside: np.ndarray) -> dict[str, Any]:
-    return {name: np.asarray(values)[inside] for name, values in rows.items()}
-
-
-def _table(title: str, rows: dict[str, Any]) -> str:
-    present = [name for name in COMPARED if name in set(rows["oscillator"]) and name != PHASE]
-    lines = [[title, *SHOWN.values()]]
-    with_phase = np.asarray(rows["oscillator"]) == PHASE
-    means = [interval(column(rows, name)[with_phase]).mean for name in SHOWN]
-    lines.append(["phase: mean", *(f"{mean:.3f}" for mean in means)])
-    for oscillator in present:
+def _table(title: str, rows: pd.DataFrame) -> str:
+    with_phase = rows[rows.oscillator == PHASE]
+    means = (interval(with_phase[name].to_numpy()).mean for name in SHOWN)
+    lines = [[title, *SHOWN.values()], ["phase: mean", *(f"{mean:.3f}" for mean in means)]]
+    for oscillator in _present(rows)[1:]:
         cells = (compared(rows, oscillator, name) for name in SHOWN)
-        differences = (f"{mean:+.3f} ({low:+.3f} … {high:+.3f})" for mean, low, high in cells)
-        lines.append([oscillator, *differences])
+        lines.append(
+            [oscillator, *(f"{x.mean:+.3f} ({x.low:+.3f} … {x.high:+.3f})" for x in cells)]
+        )
     return markdown_table(lines)
+
+
+def _present(rows: pd.DataFrame) -> list[str]:
+    """Return the oscillators in a table, the phase first."""
+    return [name for name in (PHASE, *COMPARED) if name in set(rows.oscillator)]
 
 
 def title(oscillator: str) -> str:
@@ -194,35 +168,29 @@ def title(oscillator: str) -> str:
     return text if name == oscillator else f"{text}, learned"
 
 
-def draw(rows: dict[str, Any]) -> Figure:
+def draw(rows: pd.DataFrame) -> Figure:
     """Draw fitness and share of settled gaits: one mark per run, a line at the mean of an
     architecture.
     """
-    metrics = ("best_fitness", "limit_cycle_share")
-    present = [name for name in COMPARED if name in set(rows["oscillator"])]
-    architectures = [name for name in ARCHITECTURES if name in set(rows["architecture"])]
-    where = {name: np.asarray(rows[name]) for name in ("architecture", "oscillator")}
+    present = _present(rows)
+    architectures = [name for name in ARCHITECTURES if name in set(rows.architecture)]
+    width = 0.8 / len(present)
     with styled():
         figure = new_figure(PAGE_IN, 4.4)
-        panels = figure.subplots(len(metrics), 1, sharex=True)
-        width = 0.8 / len(present)
-        for panel, name in zip(panels, metrics, strict=True):
-            values = column(rows, name)
+        panels = figure.subplots(2, 1, sharex=True)
+        for panel, name in zip(panels, ("best_fitness", "limit_cycle_share"), strict=True):
             for position, oscillator in enumerate(present):
                 colour = COLOURS[position % len(COLOURS)]
                 for place, architecture in enumerate(architectures):
-                    inside = where["architecture"] == architecture
-                    y = values[inside & (where["oscillator"] == oscillator)]
-                    x = place - 0.4 + (position + 0.5) * width
+                    mine = (rows.architecture == architecture) & (rows.oscillator == oscillator)
+                    y, x = rows[name][mine], place - 0.4 + (position + 0.5) * width
                     label = title(oscillator) if place == 0 else None
                     panel.plot(np.full(len(y), x), y, ".", color=colour, ms=3, alpha=0.6)
-                    if np.isfinite(y).any():
-                        ends = [x - 0.4 * width, x + 0.4 * width]
-                        panel.plot(ends, [np.nanmean(y)] * 2, color=colour, lw=1.8, label=label)
+                    ends = [x - 0.4 * width, x + 0.4 * width]
+                    panel.plot(ends, [y.mean()] * 2, color=colour, lw=1.8, label=label)
             panel.set_ylabel(SHOWN[name])
         panels[-1].set_xticks(range(len(architectures)), architectures)
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=4)
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
 
 
