@@ -14,16 +14,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from research.frame import main, markdown_table, write_rows, write_text
 from research.legs_limit import strategies
 from research.lost_leg.film import draw_frames, loses
 from research.lost_leg.laws import UNSEEN, Law, loss_of, scores
-from research.lost_leg.run import FOLDER, TABLES, leg_loss_rows
+from research.lost_leg.run import FOLDER, TABLES, leg_loss_rows, rounded
 from research.reproduction.zoo import ZooEntry, write_archive
 from tegotae._support.engines import NATIVE
 from tegotae._support.files import output_folder
-from tegotae._support.tables import read_csv
 from tegotae.figures.style import save_figure, styled
 from tegotae.parts.bodies import Walker
 from tegotae.parts.terms import EllipticFoot
@@ -193,7 +193,7 @@ class Report:
 
     def run(self) -> None:
         """Write the table and the picture."""
-        table = read_csv(TABLES / "reacting.csv")
+        table = pd.read_csv(TABLES / "reacting.csv")
         write_text(TABLES / "reacting.md", markdown(table))
         saved = load(f"zoo:lost-leg:{self.law}@quadruped-c")
         law = settling(saved.system, saved.weights)
@@ -205,33 +205,21 @@ class Report:
             save_figure(draw_frames(episodes), TABLES / "frames.png")
 
 
-def markdown(table: dict[str, np.ndarray]) -> str:
+def markdown(table: pd.DataFrame) -> str:
     """Return one row per law and leg, of the run that the selection prefers."""
     titles = ("law", "leg lost", "feet ahead before, after", "margin of feet before, after",
               "walks on", "other runs", "speed before, after", "CoT before, after")  # fmt: skip
     lines = [titles]
-    rows = [
-        dict(zip(table, map(str, cells), strict=True))
-        for cells in zip(*table.values(), strict=True)
-    ]
     pairs = (("feet", "feet_after"), ("margin_of_feet", "margin_after"),
              ("speed_before", "speed"), ("cost_before", "cost_of_transport"))  # fmt: skip
-    for name in dict.fromkeys(row["body"] for row in rows):
-        group = [row for row in rows if row["body"] == name]
-        best = max(group, key=lambda row: float(row["selection"]))["run"]
-        for row in group:
-            if row["run"] != best:
-                continue
-            shares = [r["walks_on"] for r in group if r["leg"] == row["leg"] and r["run"] != best]
-            feet, margin, speed, cost = (f"{_number(row[a])}, {_number(row[b])}" for a, b in pairs)
-            walks = f"{row['walks_on']} of {row['stood']}"
-            cells = (name, row["leg"], feet, margin, walks, ", ".join(shares), speed, cost)
-            lines.append(cells)
+    for name, group in table.groupby("body", sort=False):
+        best = group.run[group.selection.idxmax()]
+        for _, row in group[group.run == best].iterrows():
+            others = group.walks_on[(group.leg == row.leg) & (group.run != best)]
+            feet, margin, speed, cost = (f"{rounded(row[a])}, {rounded(row[b])}" for a, b in pairs)
+            walks, of_others = f"{row.walks_on} of {row.stood}", ", ".join(map(str, others))
+            lines.append((name, row.leg, feet, margin, walks, of_others, speed, cost))
     return markdown_table(lines)
-
-
-def _number(value: str) -> str:
-    return f"{round(float(value), 2) + 0.0:.2f}" if value else "–"
 
 
 @dataclass(frozen=True)
@@ -267,23 +255,12 @@ def entry(plan: Plan, folder: Path) -> ZooEntry:
         software={**versions_of("evosax"), "engine": NATIVE},
     )
     document = controller_file.described(saved, name)
-    table = read_csv(TABLES / "reacting.csv")
-    mask = np.asarray(table["body"], str) == plan.law.name
-    runs = np.asarray(table["run"], str)
-
-    def of_run(name: str, run: int) -> np.ndarray:
-        return np.asarray(table[name], float)[mask & (runs == str(run))]
-
-    count = range(len(weights))
-    names = np.asarray(table["leg"], str)[mask & (runs == "0")]
-    metrics = {"selection": np.array([of_run("selection", run)[0] for run in count])}
-    for index, leg in enumerate(names):
-        metrics[f"walks_on_without_{leg}"] = np.array(
-            [
-                of_run("walks_on", run)[index] / max(of_run("stood", run)[index], 1.0)
-                for run in count
-            ]
-        )
+    table = pd.read_csv(TABLES / "reacting.csv")
+    table = table[table.body == plan.law.name]
+    share = table.assign(share=table.walks_on / table.stood.clip(lower=1))
+    metrics = {"selection": table.groupby("run").selection.first().to_numpy()}
+    for leg, rows in share.groupby("leg", sort=False):
+        metrics[f"walks_on_without_{leg}"] = rows.set_index("run").share.sort_index().to_numpy()
     return ZooEntry(
         document={name: value for name, value in document.items() if name != "weights"},
         weights=weights,

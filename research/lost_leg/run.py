@@ -15,9 +15,10 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
 
 from research.frame import main, markdown_table, write_rows, write_text
-from tegotae._support.tables import read_csv
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.gaits.lags import support_margin_m
 from tegotae.parts.bodies import Walker
@@ -175,45 +176,39 @@ def bodies() -> None:
 
 def report() -> None:
     """Write the table in Markdown, and the figure."""
-    table = read_csv(TABLES / "bodies.csv")
+    table = pd.read_csv(TABLES / "bodies.csv")
     write_text(TABLES / "bodies.md", markdown(table))
     with styled():
         save_figure(draw(table), TABLES / "lost_leg.png")
 
 
-def markdown(table: dict[str, np.ndarray]) -> str:
+def markdown(table: pd.DataFrame) -> str:
     """Return a row per leg as Markdown."""
     titles = ("walker", "leg lost", "margin of hips", "of feet", "stay up, walk on",
               "speed before, after", "CoT after", "falls after")  # fmt: skip
     lines = [titles]
-    for cells in zip(*table.values(), strict=True):
-        row = dict(zip(table, (str(c) for c in cells), strict=True))
-
-        def number(name: str, digits: int = 2, row: dict[str, str] = row) -> str:
-            return f"{round(float(row[name]), digits) + 0.0:.{digits}f}" if row[name] else "–"
-
-        name = row["body"] + (f", run {row['run']}" if row["run"] else "")
-        stood = row["stood"]
-        row_cells = (name, row["leg"], number("margin"), number("margin_of_feet"),
-               f"{row['stays_up']}, {row['walks_on']} of {stood}",
-               f"{number('speed_before')}, {number('speed')}",
-               number("cost_of_transport"), number("falls_after", 1))  # fmt: skip
-        lines.append(row_cells)
+    for row in table.itertuples():
+        survivors = f"{row.stays_up}, {row.walks_on} of {row.stood}"
+        speeds = f"{rounded(row.speed_before)}, {rounded(row.speed)}"
+        cells = (row.body, row.leg, rounded(row.margin), rounded(row.margin_of_feet), survivors,
+                 speeds, rounded(row.cost_of_transport), rounded(row.falls_after, 1))  # fmt: skip
+        lines.append(cells)
     return markdown_table(lines)
 
 
-def draw(table: dict[str, np.ndarray]) -> Any:
+def rounded(value: float, digits: int = 2) -> str:
+    """Return a number without a negative zero, or a dash for none."""
+    return "–" if math.isnan(value) else f"{round(value, digits) + 0.0:.{digits}f}"
+
+
+def draw(table: pd.DataFrame) -> Figure:
     """Draw the share of the starts that walk on over the margin, one mark a walker and leg."""
     figure = new_figure(PAGE_IN, 2.8)
     axes = figure.subplots()
-    for number, name in enumerate(dict.fromkeys(table["body"].tolist())):
-        mask = table["body"] == name
-        margin = np.array(table["margin_of_feet"], float)[mask]
-        share = np.array(table["walks_on"], float)[mask]
-        share = share / np.maximum(np.array(table["stood"], float)[mask], 1.0)
+    for number, (name, rows) in enumerate(table.groupby("body", sort=False)):
         axes.plot(
-            margin + 0.004 * (number - 5), share, "os^DvPX"[number], ms=5, alpha=0.8,
-            color=COLOURS[number % 7], label=name,
+            rows.margin_of_feet + 0.004 * (number - 5), rows.walks_on / rows.stood.clip(lower=1),
+            "os^DvPX"[number], ms=5, alpha=0.8, color=COLOURS[number % 7], label=name,
         )  # fmt: skip
     axes.axvline(0.0, color="0.7", lw=0.6)
     axes.set_xlabel("margin of the mass inside the mean places of the remaining feet [l0]")
