@@ -3,7 +3,7 @@
     python -m research.experiments.parameter_limit
 
 writes `parameter_limit.csv`, `parameter_limit_curves.csv` and `parameter_limit.png` to
-`research/experiments`, and prints a summary. The trainings are kept in
+`research/experiments`. The trainings are kept in
 `results/parameter_limit`: interrupted and called again, it goes on from there.
 
 One model is trained at every size, from random weights, with the fitness of all trainings
@@ -19,7 +19,6 @@ One model is trained at every size, from random weights, with the fitness of all
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import math
 from collections.abc import Callable
@@ -27,12 +26,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
-from research.frame import main
+from research.frame import main, write_rows
 from tegotae._support.files import output_folder
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.objectives.objective import FAILED_FITNESS
-from tegotae.measures.statistics import Interval, difference, interval
+from tegotae.measures.statistics import Interval, interval
 from tegotae.systems.recipe import recipe
 from tegotae.systems.term_sets import BUDGET
 from tegotae.training.algorithms import PGPE
@@ -45,10 +45,6 @@ SIZES = (96, 128, 256, 1024)
 LARGEST = {"as for 96": 256, "pgpelib": 256}
 """Largest number of parameters of a rule: 1024 take as long as all the rest, and one rule is
 enough."""
-COLUMNS = (
-    *("way", "parameters", "population", "std", "learning_rate", "seed"),
-    *("untrained_fitness", "fitness", "cot_inverse_m_per_j"),
-)
 
 
 def unscaled(size: int) -> PGPE:
@@ -140,7 +136,6 @@ class ParameterLimit:
         ]
         write_tables(trainings, self.out)
         save_figure(draw(trainings), self.out / "parameter_limit.png")
-        print_summary(trainings)
 
     def _train(self, rule: str, size: int) -> Trained:
         model, settings = recipe(self.model), WAYS[rule](size)
@@ -154,14 +149,12 @@ class ParameterLimit:
         )
         folder = self.work / f"{model.name}-{size}-{rule.replace(' ', '-')}"
         train(run, folder)
-        with (folder / "curves.csv").open() as stream:
-            rows = list(csv.DictReader(stream))
+        curves = pd.read_csv(folder / "curves.csv")
+        curves["generation"] = curves.groupby("seed").cumcount()
 
         def column(name: str) -> np.ndarray:
             """Return a column, [generations, seeds]; NaN after a run's end."""
-            values = [[float(r[name]) for r in rows if int(r["seed"]) == s] for s in run.seeds]
-            longest = max(map(len, values))
-            return np.array([series + [np.nan] * (longest - len(series)) for series in values]).T
+            return curves.pivot(index="generation", columns="seed", values=name).to_numpy(float)
 
         fitness = column("fitness")
         # A rollout that failed has a fitness of minus a million, which says nothing in a mean.
@@ -182,24 +175,24 @@ def write_tables(trainings: list[Trained], out: Path) -> None:
     """Write `parameter_limit.csv`, a row per training, and `parameter_limit_curves.csv`, means over
     seeds.
     """
-    with (out / "parameter_limit.csv").open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream, lineterminator="\n")
-        table.writerow(COLUMNS)
-        for t in trainings:
-            s = t.settings
-            for seed in range(t.best.shape[1]):
-                numbers = np.nan_to_num([t.best[0, seed], t.best[-1, seed]], nan=FAILED_FITNESS)
-                numbers = (*numbers, t.cot_inverse[seed])
-                row = (t.way, t.n_weights, s.population, f"{s.std:.4g}", f"{s.learning_rate:.4g}")
-                table.writerow([*row, seed, *(f"{x:.5g}" for x in numbers)])
-    with (out / "parameter_limit_curves.csv").open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream, lineterminator="\n")
-        table.writerow(["way", "parameters", "simulated_s", "fitness", "low", "high"])
-        for t in trainings:
-            for time_s, row in zip(t.simulated_s, t.best, strict=True):
-                i = interval(row)
-                numbers = (f"{x:.5g}" for x in (i.mean, i.low, i.high))
-                table.writerow([t.way, t.n_weights, f"{time_s:g}", *numbers])
+    rows, curves = [], []
+    for t in trainings:
+        size = {"way": t.way, "parameters": t.n_weights}
+        settings = {
+            name: getattr(t.settings, name) for name in ("population", "std", "learning_rate")
+        }
+        settings |= {name: float(f"{settings[name]:.4g}") for name in ("std", "learning_rate")}
+        for seed, (first, last) in enumerate(zip(t.best[0], t.best[-1], strict=True)):
+            first, last = np.nan_to_num([first, last], nan=FAILED_FITNESS)
+            numbers = {"untrained_fitness": first, "fitness": last}
+            numbers["cot_inverse_m_per_j"] = t.cot_inverse[seed]
+            rows.append(size | settings | {"seed": seed} | numbers)
+        for time_s, row in zip(t.simulated_s, t.best, strict=True):
+            i = interval(row)
+            numbers = {"simulated_s": time_s, "fitness": i.mean, "low": i.low, "high": i.high}
+            curves.append(size | numbers)
+    write_rows(out / "parameter_limit.csv", rows, digits=5)
+    write_rows(out / "parameter_limit_curves.csv", curves, digits=5)
 
 
 def draw(trainings: list[Trained]):
@@ -237,18 +230,6 @@ def draw(trainings: list[Trained]):
         )
         right_axes.legend(title="parameters")
     return figure
-
-
-def print_summary(trainings: list[Trained]) -> None:
-    """Print fitness with its interval, and its difference to that of the smallest size."""
-    print("way         weights    std  untrained  fitness [95 %]             minus smallest size")
-    for t in trainings:
-        smallest = next(training for training in trainings if training.way == t.way)
-        i, d = t.fitness, difference(t.best[-1], smallest.best[-1])
-        print(
-            f"{t.way:12}{t.n_weights:7}{t.settings.std:7.3f}{t.untrained.mean:11.3f}"
-            f"{i.mean:9.4f} [{i.low:.4f}, {i.high:.4f}]{d.mean:12.4f} [{d.low:.4f}, {d.high:.4f}]"
-        )
 
 
 if __name__ == "__main__":
