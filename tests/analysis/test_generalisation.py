@@ -402,12 +402,6 @@ def test_the_command_tries_those_whose_names_match(tmp_path):
         tegotae.load(file).robustness(only="T-*", out=tmp_path / "out")
 
 
-def test_the_command_says_in_one_line_what_it_misses(capsys):
-    assert main(["robustness"]) == 2
-    assert main(["conditions"]) == 0
-    assert "delay of the senses" in capsys.readouterr().out
-
-
 def test_who_is_held_over_the_control_period_is_tried_so():
     held = replaced(
         hopper(looked_at=None), integrator=Hold(), timing=Timing(tick_s=0.004), phase_rad=1.0

@@ -16,13 +16,18 @@ def test_a_film_and_a_picture_of_a_hop_over_a_drop_are_in_the_folder(tmp_path, m
     assert (tmp_path / "demo/hop.gif").read_bytes().startswith(b"GIF89a")
 
 
-def test_it_may_run_again_in_the_same_folder(tmp_path):
-    first = demo().save(tmp_path / "twice")
-    assert [path.name for path in demo().save(tmp_path / "twice")] == [x.name for x in first]
+@pytest.fixture(scope="module")
+def shown():
+    return demo()
 
 
-def test_every_next_step_is_a_command(capsys):
-    steps = [line for line in demo().notes if line.startswith("tegotae ")]
+def test_it_may_run_again_in_the_same_folder(shown, tmp_path):
+    first = shown.save(tmp_path / "twice")
+    assert [path.name for path in shown.save(tmp_path / "twice")] == [x.name for x in first]
+
+
+def test_every_next_step_is_a_command(shown, capsys):
+    steps = [line for line in shown.notes if line.startswith("tegotae ")]
     assert len(steps) == 3
     for step in steps:
         command = shlex.split(step, comments=True)[1]

@@ -133,14 +133,6 @@ def test_a_vanilla_controller_may_have_another_oscillator(simulate):
     assert simulate("paper+van-der-pol")["apex_height_m"] != simulate("paper")["apex_height_m"]
 
 
-def test_a_drop_moves_the_apexes_after_it_and_none_before(simulate):
-    even, dropped = simulate(), simulate("--drop-m", "0.2", "--drop-time-s", "2")
-    before = sum(time <= 2.0 for time in even["apex_time_s"])
-    assert 0 < before < len(even["apex_time_s"])
-    assert dropped["apex_height_m"][:before] == even["apex_height_m"][:before]
-    assert dropped["apex_height_m"][before] != even["apex_height_m"][before]
-
-
 def test_double_precision_is_an_option_and_agrees(simulate):
     single, double = simulate(), simulate("--float64")
     assert double["settings"]["float64"]

@@ -214,16 +214,6 @@ def test_a_folder_without_a_training_says_nothing_of_how_long_to_learn(tmp_path)
     refused("holds no training to learn as long as", longest_s, tmp_path)
 
 
-def test_a_folder_of_another_training_is_refused(tiny_training, one_line_error, no_training):
-    before = tiny.contents(tiny_training)
-    words = [*tiny.OPTIONS, "--out", str(tiny_training)]
-    assert "differs in seeds; choose another folder with --out" in one_line_error(
-        "train", *words, "--seeds", "3"
-    )
-    assert "differs in name" in one_line_error("train", "AR", *words[1:])
-    assert tiny.contents(tiny_training) == before
-
-
 def test_ctrl_c_keeps_what_was_learned_and_says_so_in_one_line(tmp_path):
     words = [*tiny.OPTIONS, "--generations", "1000000", "--out", str(tmp_path)]
     script = "import conftest; from tegotae.cli import entry; entry()"

@@ -23,6 +23,7 @@ MISTYPED = {
     "gait sweep bar-light --levels 1": "--levels has 1 values of 2; write --levels FLOAT FLOAT",
     "gait sweep bar-light --levels 1 b": "--levels is '1 b'; write --levels FLOAT FLOAT",
     "gait sweep": "names come first: tegotae gait sweep NAME",
+    "robustness": "names come first: tegotae robustness NAME",
     "models --zoo ART": "'ART' after --zoo is unexpected; names come before the options",
     "models --json true false": "'true' after --json is unexpected",
     "doctor x": "unexpected argument 'x'; tegotae doctor takes no name",

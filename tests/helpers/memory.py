@@ -6,6 +6,8 @@ import resource
 import sys
 from pathlib import Path
 
+import jax
+
 from tegotae.simulation.native import forget_programs
 
 
@@ -24,8 +26,8 @@ def peak_mib() -> float:
     return peak / 2**20 if sys.platform == "darwin" else peak / 2**10
 
 
-_LARGE_MIB = 1100.0
-_STEP_MIB = 200.0
+_LARGE_MIB = 1000.0
+_STEP_MIB = 100.0
 _largest = [_LARGE_MIB]
 """Memory from which on it is given back; more where that much remained the last time."""
 
@@ -35,6 +37,7 @@ def give_back_if_large() -> None:
     if resident_mib() < _largest[0]:
         return
     forget_programs()
+    jax.clear_caches()
     gc.collect()
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # of glibc alone
     if trim is not None:

@@ -166,15 +166,6 @@ def test_a_phase_counts_only_modulo_a_turn_however_large():
     )
 
 
-def test_single_and_double_precision_agree():
-    single, double = simulation(), simulation(dtype="float64")
-    assert single.trajectory.height_m.dtype == np.float32
-    assert double.trajectory.height_m.dtype == np.float64
-    np.testing.assert_allclose(
-        single.trajectory.height_m, double.trajectory.height_m, rtol=0.0, atol=1e-4
-    )
-
-
 REFUSED = {
     "an infinite drop": ({"drop_m": math.inf}, "drop_m is inf"),
     "a drop beyond all bounds": ({"drop_m": 1e39}, r"drop_m is 1e\+39; it must be at most 1000"),
