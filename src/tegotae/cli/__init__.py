@@ -14,10 +14,9 @@ from tegotae._support.compiled import keep_xla_programs
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae.cli.commands import TEGOTAE
 from tegotae.cli.console import DEBUG, exit_status, leave, make_safe, warn_in_one_line
-from tegotae.cli.kept_texts import is_text, print_stored
+from tegotae.cli.kept_texts import HELP, is_help, kept
 from tegotae.cli.program import Command, CommandGroup, overview
 
-_HELP = (["-h"], ["--help"])
 _LONGEST_WORD = 1000
 
 
@@ -32,21 +31,13 @@ def main(
         arguments: words after the program's name; by default those of the shell.
         program: the commands to choose from, or the only one.
         prog: the words that start the program.
-
-    Raises:
-        SystemExit: of status 0 after `--help`.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     for switch, variable in (("--debug", DEBUG), ("--quiet", QUIET)):
         if switch in words:
             os.environ[variable] = "1"  # which worker processes inherit
             words = [word for word in words if word != switch]
-
-    def run() -> int:
-        return exit_status(lambda: _run(words, program, prog))
-
-    is_tegotae = program is TEGOTAE  # of which `print_stored` knows the files
-    return print_stored(words, prog, run) if is_tegotae and is_text(words) else run()
+    return exit_status(lambda: _run(words, program, prog))
 
 
 def _run(words: list[str], program: Command | CommandGroup, prog: str) -> None:
@@ -62,7 +53,13 @@ def _run(words: list[str], program: Command | CommandGroup, prog: str) -> None:
 
         for place in places:
             imported(place)
-    command = parsed(words, program, prog)
+    if program is TEGOTAE and not places and is_help(words):  # whose files `kept` knows
+        command: Any = kept(words, lambda: parsed(words, program, prog))
+    else:
+        command = parsed(words, program, prog)
+    if isinstance(command, str):
+        print(command)
+        return
     _check_environment()
     ready()
     if not gc.isenabled():
@@ -79,7 +76,7 @@ def _run(words: list[str], program: Command | CommandGroup, prog: str) -> None:
 def parsed(
     words: Sequence[str], entry: Command | CommandGroup = TEGOTAE, prog: str = "tegotae"
 ) -> Any:
-    """Return the command that words make, with its options; it alone is imported.
+    """Return the command that words make, with its options, or its help; it alone is imported.
 
     Args:
         words: such as `["figure", "surface", "--out", "surface.png"]`.
@@ -88,7 +85,6 @@ def parsed(
 
     Raises:
         TegotaeError: for words that do not make a command; with the nearest one.
-        SystemExit: of status 0 after `--help`.
 
     Example:
         >>> parsed(["completion", "zsh"]).shell
@@ -100,9 +96,8 @@ def parsed(
             f"{_LONGEST_WORD}"
         )
     if isinstance(entry, CommandGroup):
-        if list(words) in _HELP:
-            print(overview(entry, prog))
-            raise SystemExit(0)
+        if len(words) == 1 and words[0] in HELP:
+            return overview(entry, prog)
         if words and (command_entry := entry.commands.get(words[0])):
             return parsed(words[1:], command_entry, f"{prog} {words[0]}")
         if words and words[0] and not words[0].startswith("-"):

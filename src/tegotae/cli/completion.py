@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.functions import options_by_subject
+from tegotae.cli.kept_texts import kept
 from tegotae.cli.program import SWITCHES, Command, CommandGroup
 from tegotae.cli.records import POSITIONAL, flags_of
 from tegotae.cli.words import flag_of
@@ -30,7 +31,7 @@ class Completion:
 
     def run(self) -> None:
         """Print the script."""
-        print((_ZSH if self.shell == "zsh" else "") + script(), end="")
+        print((_ZSH if self.shell == "zsh" else "") + kept(["completion"], script), end="")
 
 
 def script() -> str:

@@ -161,11 +161,7 @@ def exit_status(command: Callable[[], None]) -> int:
     before the line.
     """
     try:
-        try:
-            command()
-        except SystemExit:  # after help: whatever was printed, to the last line
-            sys.stdout.flush()
-            raise
+        command()
         sys.stdout.flush()
     except KeyboardInterrupt as stop:
         return _fail(str(stop) or "interrupted", INTERRUPTED)

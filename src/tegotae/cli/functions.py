@@ -8,7 +8,7 @@ import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any, NoReturn
+from typing import Any
 
 from tegotae._support.errors import MissingExtraError, TegotaeError
 from tegotae.api.controllers import NAMES, kinds as kinds_of_controllers, load_all
@@ -20,6 +20,7 @@ from tegotae.api.parameters import (
     facts_of,
     options_of,
 )
+from tegotae.cli.kept_texts import HELP
 from tegotae.cli.output import OutputOptions, output_options, result_of
 from tegotae.cli.program import Command
 from tegotae.cli.words import help_text, known_options, split, values_of
@@ -47,18 +48,17 @@ class FunctionCall:
     """Options, each with the words after it."""
 
     @classmethod
-    def from_words(cls, command: Command, words: Sequence[str], prog: str) -> FunctionCall:
-        """Parse the call from the words of a command line.
+    def from_words(cls, command: Command, words: Sequence[str], prog: str) -> FunctionCall | str:
+        """Parse the call from the words of a command line; return its help if they want it.
 
         Raises:
             TegotaeError: for words without a name, where one is needed.
-            SystemExit: of status 0 after `--help`.
         """
         names, options = split(words)
-        further = [option for option in options if option[0] not in ("-h", "--help")]
+        further = [option for option in options if option[0] not in HELP]
         call = cls(command, prog, names, further)
         if len(further) < len(options):
-            call.help()
+            return call.help()
         if not names and call.names_needed:
             raise TegotaeError(f"names come first: {prog} NAME [OPTIONS]")
         return call
@@ -97,8 +97,8 @@ class FunctionCall:
         ]
         return bool(needed) and not self.facts.default_names
 
-    def help(self) -> NoReturn:
-        """Print the help: of the named subject, or of the command."""
+    def help(self) -> str:
+        """Return the help: of the named subject, or of the command."""
         shared, text, footer = self._shared(), description_of(self.function), ""
         depends = self.is_about_controllers or self.facts.defaults
         if self.names or not depends or (self.options and not self.names_needed):
@@ -113,8 +113,7 @@ class FunctionCall:
             groups.setdefault(option.heading or "Options", []).append(option)
         names = self.names or (("NAME",) if self.subjects else ())
         usage = " ".join([self.prog, *names, "[OPTIONS]"])
-        print(help_text(usage, text + footer, groups, self.command.examples))
-        raise SystemExit(0)
+        return help_text(usage, text + footer, groups, self.command.examples)
 
     def run(self) -> None:
         """Call the function, and show its result."""

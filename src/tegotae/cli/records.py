@@ -9,6 +9,7 @@ from typing import Any, get_type_hints
 
 from tegotae._support.errors import TegotaeError
 from tegotae.api.parameters import Option, field_text, kind_of
+from tegotae.cli.kept_texts import HELP
 from tegotae.cli.words import help_text, split, values_of
 
 POSITIONAL = "positional"
@@ -18,7 +19,7 @@ SEVERAL = "several"
 
 
 def parse(kind: type, words: Sequence[str], prog: str, examples: Sequence[str] = ()) -> Any:
-    """Return words as an object of a class.
+    """Return words as an object of a class, or its help.
 
     Args:
         kind: a dataclass of options.
@@ -28,17 +29,15 @@ def parse(kind: type, words: Sequence[str], prog: str, examples: Sequence[str] =
 
     Raises:
         TegotaeError: for words that make none.
-        SystemExit: of status 0 after `--help`.
     """
     names, pairs = split(words)
     first, options = positional_of(kind), options_of_class(kind)
-    if {"-h", "--help"} & {flag for flag, _ in pairs}:
+    if not HELP.isdisjoint(flag for flag, _ in pairs):
         usage = " ".join(filter(None, [prog, first and first.name.upper(), "[OPTIONS]"]))
         text = inspect.getdoc(kind) or ""
         if first is not None:
             text += f"\n\n{first.name.upper()}: {first.description}"
-        print(help_text(usage, text, {"Options": options}, examples))
-        raise SystemExit(0)
+        return help_text(usage, text, {"Options": options}, examples)
     values = values_of(pairs, options, prog, several=_several(kind))
     if first is not None and names:
         values |= values_of([(f"--{first.name}", [*names])], [first], prog)
