@@ -4,6 +4,7 @@ import json
 import shlex
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,11 +12,11 @@ from tegotae import __version__
 from tegotae._support.progress import QUIET, note, reporting
 from tegotae.api import about
 from tegotae.api.about import extras, installed
-from tegotae.api.parameters import facts_of
-from tegotae.api.plot import surface
-from tegotae.api.results import Figure, Table
+from tegotae.api.results import Table
 from tegotae.cli import main, parsed
+from tegotae.cli.commands import COMMANDS
 from tegotae.cli.output import OutputOptions
+from tegotae.cli.program import CommandGroup
 
 
 @pytest.fixture
@@ -138,10 +139,12 @@ def test_a_quiet_command_prints_its_results_but_no_progress(capsys, monkeypatch,
     ],
 )
 def test_a_figure_without_a_file_is_called_after_what_it_shows(name, file):
-    command = Figure, facts_of(surface), "figure surface", name
-    assert OutputOptions().with_default_file(*command).out == Path(file)
+    figure = COMMANDS["figure"]
+    assert isinstance(figure, CommandGroup)
+    command: Any = figure.commands["surface"]
+    assert OutputOptions().with_default_file(command, name).out == Path(file)
     given = OutputOptions(out=Path("mine.pdf"))
-    assert given.with_default_file(*command) is given
+    assert given.with_default_file(command, name) is given
 
 
 def test_a_figure_is_written_under_its_own_name(tmp_path, monkeypatch, capsys):

@@ -14,7 +14,7 @@ import tegotae.api
 import tegotae_robots.api
 from pages import DOCS
 from tegotae.api.controller import LoadedController
-from tegotae.api.parameters import in_shell
+from tegotae.api.parameters import check_types
 from tegotae.api.results import Table
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.program import Command
@@ -78,7 +78,7 @@ def test_a_public_function_is_a_command_in_every_list(function):
 
 
 def test_of_a_new_function_every_list_is_named():
-    @in_shell()
+    @check_types
     def jump() -> Table:
         return Table()
 

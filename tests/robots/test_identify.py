@@ -352,7 +352,7 @@ def test_what_is_no_file_is_no_recording(verb, subject):
 def test_help_says_what_a_recording_is_in_whole_sentences(capsys):
     assert main(["identify", "--help"]) == 0
     text = " ".join(capsys.readouterr().out.split())
-    assert "A name is a recording, FILE.csv, FILE.npz or FILE.parquet, and has options" in text
+    assert "NAME: The log, FILE.csv, FILE.npz or FILE.parquet." in text
 
 
 def test_a_body_is_not_written_over(identified, tmp_path):

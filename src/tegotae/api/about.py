@@ -16,7 +16,7 @@ import pandas as pd
 
 from tegotae import __version__
 from tegotae._support.errors import how_to_install
-from tegotae.api.parameters import in_shell
+from tegotae.api.parameters import check_types
 from tegotae.api.results import Table
 
 _CORE = ("jax", "jaxlib", "numpy", "scipy", "matplotlib")
@@ -26,7 +26,7 @@ _FOR_DEVELOPERS = ("all", "dev", "docs", "test")
 _COMPILERS = ("cc", "gcc", "clang")
 
 
-@in_shell(pictures=False)
+@check_types
 def doctor() -> Table:
     """Print versions, extras, cores, engine and compiler for a bug report."""
     import jax
@@ -164,7 +164,7 @@ SOFTWARE = Reference(
 """This package."""
 
 
-@in_shell(pictures=False)
+@check_types
 def cite(*, bibtex: bool = False) -> Table:
     """Print how to cite this software and the paper that it implements, with BibTeX entries.
 

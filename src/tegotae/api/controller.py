@@ -17,7 +17,7 @@ import pandas as pd
 from tegotae._support.errors import TegotaeError
 from tegotae._support.progress import reporting
 from tegotae.api.evaluations import EvaluationTable
-from tegotae.api.parameters import Values, filled, in_shell
+from tegotae.api.parameters import Values, check_types, filled
 from tegotae.api.results import Recording, Table
 from tegotae.measures.metric import Catalogue, Metric
 from tegotae.parts.bodies import Body
@@ -72,12 +72,12 @@ class LoadedController:
         """Return the controller's own values of the options."""
         return {}
 
-    @in_shell(default_names=("paper",))
+    @check_types
     def simulate(self) -> Recording:
         """Simulate one run of a controller in detail."""
         raise NotImplementedError
 
-    @in_shell()
+    @check_types
     def evaluate(self, *others: Subject | LoadedController) -> Table:
         """Evaluate controllers: means over the runs of a training with their 95 % intervals.
 
@@ -86,7 +86,7 @@ class LoadedController:
         """
         raise NotImplementedError
 
-    @in_shell()
+    @check_types
     def compare(self, *others: Subject | LoadedController) -> Table:
         """Compare controllers: how good each is, and how it differs from the first.
 
@@ -95,7 +95,7 @@ class LoadedController:
         """
         raise NotImplementedError
 
-    @in_shell()
+    @check_types
     def explain(
         self,
         *,
@@ -129,7 +129,7 @@ class LoadedController:
 
         return explain(self, options)
 
-    @in_shell()
+    @check_types
     def robustness(
         self,
         *others: Subject | LoadedController,

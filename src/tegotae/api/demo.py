@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tegotae._support.errors import require
 from tegotae.api.controllers import load
-from tegotae.api.parameters import in_shell
+from tegotae.api.parameters import check_types
 from tegotae.api.results import Files
 
 CONTROLLER = "zoo:ART-rF-tphif-w4/0"
@@ -29,7 +29,7 @@ class Demonstration(Files):
     REPLACES = True
 
 
-@in_shell(writes="folder", pictures=False)
+@check_types
 def demo(*, robot: Path | None = None) -> Demonstration:
     """Let a learned hopper hop over a drop, with a picture and a film.
 

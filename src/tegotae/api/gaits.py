@@ -19,7 +19,7 @@ from tegotae.analysis.gaits.stability import stability as measured_stability
 from tegotae.analysis.gaits.sweep import sweep as swept
 from tegotae.api.controller import Subject
 from tegotae.api.controllers import require_controller
-from tegotae.api.parameters import filled, in_shell
+from tegotae.api.parameters import check_types, filled, with_own_values
 from tegotae.api.results import Figure, short
 from tegotae.api.walking import WalkerController, WalkerOptions
 from tegotae.parts.fields import numbers_of
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 __all__ = ["basin", "front", "map", "perturb", "stability", "sweep"]
 Walking = Subject | WalkerController
 """Controller of a body with several legs, by name or loaded."""
-_FOLDER: dict[str, Any] = {"writes": "folder"}
 
 
 def __dir__() -> list[str]:
@@ -114,18 +113,16 @@ class _Study:
         return literal_text(", ".join(filter(None, words))) + suffix
 
 
-def _ranges(controller: WalkerController) -> dict[str, Any]:
+def _ranges(controller: Walking, **_: Any) -> dict[str, Any]:
     """Return the default ranges of the axes of a study."""
-    omega = (OMEGA, *_range_around(controller.legged.omega))
+    walker = _walker(controller)
+    omega = (OMEGA, *_range_around(walker.legged.omega))
     return {
         "levels": omega[1:],
         "x": omega,
-        "y": (SIGMA, *_range_around(controller.sigma)),
+        "y": (SIGMA, *_range_around(walker.sigma)),
         "over": omega,
     }
-
-
-_RANGES: dict[str, Any] = {"defaults": lambda controller, **_: _ranges(_walker(controller))}
 
 
 def _walker(controller: Walking) -> WalkerController:
@@ -135,7 +132,7 @@ def _walker(controller: Walking) -> WalkerController:
     )
 
 
-@in_shell(writes="file")
+@check_types
 def basin(
     controller: Walking,
     *,
@@ -207,7 +204,7 @@ def _range_around(value: float | None) -> tuple[float, float]:
     return 0.5 * value, 1.5 * value
 
 
-@in_shell(**_FOLDER, **_RANGES)
+@with_own_values(_ranges)
 def sweep(
     controller: Walking,
     *,
@@ -256,7 +253,7 @@ def sweep(
     )
 
 
-@in_shell(**_FOLDER, **_RANGES)
+@with_own_values(_ranges)
 def map(
     controller: Walking,
     *,
@@ -299,7 +296,7 @@ def map(
     return study.figure(result, result.cells, map_figure, views=[result.summary], data=axes)
 
 
-@in_shell(**_FOLDER)
+@check_types
 def front(
     controller: Walking,
     *,
@@ -360,7 +357,7 @@ def front(
     return study.figure(table, table, front_figure, views=[summary], data={"search": search})
 
 
-@in_shell(**_FOLDER, **_RANGES)
+@with_own_values(_ranges)
 def stability(
     controller: Walking,
     *,
@@ -412,7 +409,7 @@ def stability(
     )
 
 
-@in_shell(**_FOLDER)
+@check_types
 def perturb(
     controller: Walking,
     *,

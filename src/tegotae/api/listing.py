@@ -10,7 +10,7 @@ import pandas as pd
 
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, unknown
-from tegotae.api.parameters import in_shell
+from tegotae.api.parameters import check_types
 from tegotae.api.results import UNDEFINED, Table, short
 from tegotae.measures.gaits.metrics import WALKING
 from tegotae.measures.hopping.metrics import HOPPING
@@ -24,7 +24,7 @@ _ON_SCREEN = ("cot_inverse", "t0_s", "t1_s")
 ones. JSON has all."""
 
 
-@in_shell(pictures=False)
+@check_types
 def list_models(pattern: str = "*", *, zoo: bool = False, budget: int = BUDGET) -> Table:
     """List the models of the study and short laws, recipes on legs, or trained controllers.
 
@@ -63,7 +63,7 @@ def list_models(pattern: str = "*", *, zoo: bool = False, budget: int = BUDGET) 
     return _listed(rows, headings, remark)
 
 
-@in_shell(pictures=False)
+@check_types
 def list_metrics(pattern: str = "*") -> Table:
     """List the metrics of hopping, of walking on several legs, and of robots.
 

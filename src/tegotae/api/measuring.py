@@ -13,7 +13,7 @@ import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.api.controller import Changes, Work
-from tegotae.api.parameters import filled, in_shell
+from tegotae.api.parameters import check_types, filled
 from tegotae.api.results import UNDEFINED, Table
 from tegotae.measures.hopping.gait import Measured, measure as measured_of
 from tegotae.measures.hopping.hopping import LimitCycle
@@ -26,12 +26,6 @@ from tegotae.systems.vanilla import preset as preset_named
 
 if TYPE_CHECKING:
     from matplotlib import figure
-
-
-RECORDINGS = (
-    "A name is a recording, FILE.csv, FILE.npz or FILE.parquet, and has options of its own."
-)
-"""Meaning of a recording's name, for help."""
 
 
 def check_recording(file: object) -> None:
@@ -170,7 +164,7 @@ def _text(value: float, unit: str) -> str:
 _LIMIT_CYCLE = LimitCycle()
 
 
-@in_shell(names=RECORDINGS)
+@check_types
 def measure(
     file: str | Path,
     *,
@@ -198,7 +192,7 @@ def measure(
     climb_m of all heights climbed. Files of `tegotae simulate --csv` fit.
 
     Args:
-        file: the recording (.csv, .parquet).
+        file: the recording, FILE.csv, FILE.npz or FILE.parquet.
         columns: columns with other names: QUANTITY=COLUMN[UNIT], such as height=com_z[mm], or
             height=-z[m] of a column that points down. The quantities are time, height, ground,
             phase, force, work, climb_flight and climb.

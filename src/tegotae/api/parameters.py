@@ -56,39 +56,28 @@ class Option:
         return self.path.rpartition(".")[2]
 
 
-@dataclass(frozen=True)
-class InShell:
-    """Facts about a function that the shell needs and its signature does not say."""
-
-    defaults: Callable[..., Values] | None = None
-    """Function of the name, and of the options that decide about further ones: values of the
-    subject."""
-    writes: Literal["nothing", "folder", "file"] = "nothing"
-    """Output if no other is named."""
-    pictures: bool = True
-    """False if its result has no figure."""
-    default_names: tuple[str, ...] = ()
-    """Names where none is given."""
-    names: str = ""
-    """Meaning of a name, for help."""
+_OWN_VALUES: dict[Any, Callable[..., Values]] = {}
 
 
-_IN_SHELL: dict[Any, InShell] = {}
-
-
-def in_shell(**facts: Any) -> Callable[[F], F]:
-    """Return a decorator that checks the options of a function and remembers facts for the shell.
+def with_own_values(own_values: Callable[..., Values]) -> Callable[[F], F]:
+    """Return a decorator that checks options (`check_types`) and remembers the subjects' values.
 
     Args:
-        facts: fields of `InShell`.
+        own_values: function of the name, and of the options that decide about further ones, that
+            returns the values of the subject.
     """
 
     def remembering(function: F) -> F:
         function = check_types(function)
-        _IN_SHELL[function] = InShell(**facts)
+        _OWN_VALUES[function] = own_values
         return function
 
     return remembering
+
+
+def own_values_of(function: Callable[..., Any]) -> Callable[..., Values] | None:
+    """Return the function of `with_own_values`, if there is one."""
+    return _OWN_VALUES.get(function)
 
 
 def check_types(function: F) -> F:
@@ -192,11 +181,6 @@ def _with_arguments(docstring: str | None, shared: Mapping[str, SharedOption]) -
     return "\n\n".join(blocks)
 
 
-def facts_of(function: Callable[..., Any]) -> InShell:
-    """Return the facts about a function for the shell."""
-    return _IN_SHELL.get(function, InShell())
-
-
 def options_of(function: Callable[..., Any], defaults: Values) -> dict[str, Option]:
     """Return the options of a function by name; of two of one name that of the outer value.
 
@@ -210,7 +194,7 @@ def options_of(function: Callable[..., Any], defaults: Values) -> dict[str, Opti
         >>> [option.path for option in options_of(fall, {"body": Hopper()}).values()][:2]
         ['height_m', 'body.mass_kg']
     """
-    hints, texts = hints_of(function), _texts(function)
+    hints, texts = hints_of(function), texts_of(function)
     candidates: list[Option] = []
     for name, parameter in inspect.signature(function).parameters.items():
         default = defaults.get(name)
@@ -404,8 +388,8 @@ def description_of(function: Callable[..., Any]) -> str:
     return "\n\n".join(filter(None, [parsed.short_description, parsed.long_description]))
 
 
-def _texts(function: Callable[..., Any]) -> dict[str, str]:
-    """Return the descriptions of parameters."""
+def texts_of(function: Callable[..., Any]) -> dict[str, str]:
+    """Return the descriptions of the parameters of a function by name."""
     parameters = docstring_parser.parse(inspect.getdoc(function) or "").params
     return {x.arg_name: _sentence(x.description) for x in parameters}
 

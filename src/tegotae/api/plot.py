@@ -28,7 +28,7 @@ from tegotae.analysis.surface import actuation_surface, sees_velocity
 from tegotae.api.controller import Changes, Subject
 from tegotae.api.controllers import require_controller
 from tegotae.api.hopping import HopperController, HopperOptions
-from tegotae.api.parameters import HIDDEN, Values, filled, in_shell
+from tegotae.api.parameters import HIDDEN, Values, check_types, filled, with_own_values
 from tegotae.api.results import Figure
 from tegotae.parts.bodies import Body
 from tegotae.simulation.recorder import Trajectory
@@ -53,7 +53,6 @@ __all__ = [
 ]
 Hopping = Subject | HopperController
 """Controller of a body with one leg, by name or loaded."""
-_FILE: dict[str, Any] = {"writes": "file"}
 
 
 def __dir__() -> list[str]:
@@ -137,9 +136,6 @@ def _driver_defaults(controller: Any = None, policy: Any = None, **_: Any) -> Va
     } | hidden
 
 
-_DRIVEN: dict[str, Any] = {"defaults": _driver_defaults, **_FILE}
-
-
 def _driver(values: Any) -> SavedController | Policy:
     """Return the controller with the options, or the policy."""
     if values.policy is None:
@@ -149,7 +145,7 @@ def _driver(values: Any) -> SavedController | Policy:
     return load_policy(values.policy, values.meaning)
 
 
-@in_shell(**_DRIVEN)
+@with_own_values(_driver_defaults)
 def surface(
     controller: Hopping = "paper",
     *,
@@ -242,7 +238,7 @@ def _paths(
     return policy_paths(driver, heights, phase_rad=phase_rad, duration_s=duration_s)
 
 
-@in_shell(**_DRIVEN)
+@with_own_values(_driver_defaults)
 def portrait(
     controller: Hopping = "paper",
     *,
@@ -281,7 +277,7 @@ def portrait(
     )
 
 
-@in_shell(**_FILE)
+@check_types
 def poincare(
     controller: Hopping = "paper",
     *,
@@ -331,7 +327,7 @@ def poincare(
     )
 
 
-@in_shell(**_FILE)
+@check_types
 def phase_response(
     controller: Hopping = "paper",
     *,
@@ -369,7 +365,7 @@ def phase_response(
     )
 
 
-@in_shell(**_FILE)
+@check_types
 def phase_locking(
     controller: Hopping = "paper",
     *,
@@ -417,7 +413,7 @@ def phase_locking(
     )
 
 
-@in_shell(**_FILE)
+@check_types
 def basin(
     controller: Hopping = "paper",
     *,
@@ -470,7 +466,7 @@ def basin(
     )
 
 
-@in_shell(**_FILE)
+@check_types
 def learning_curves(
     first: str | Path, *others: str | Path, of: Literal["cot_inverse", "fitness"] | None = None
 ) -> Figure:

@@ -18,14 +18,14 @@ from tegotae._support.workplace import GENERALISATION, require_free_for
 from tegotae.analysis.generalisation import run
 from tegotae.analysis.generalisation.disturbances import Disturbance, disturbances_named
 from tegotae.api.controller import LoadedController
-from tegotae.api.parameters import in_shell
+from tegotae.api.parameters import check_types
 from tegotae.api.results import Table, short
 
 if TYPE_CHECKING:
     from matplotlib import figure
 
 
-@in_shell(pictures=False)
+@check_types
 def list_conditions(*conditions: str) -> Table:
     """List the conditions outside of training and their levels.
 

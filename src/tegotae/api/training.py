@@ -16,7 +16,7 @@ from tegotae._support.limits import MOST_SEEDS
 from tegotae.api import experiments
 from tegotae.api.controller import Changes, Work
 from tegotae.api.experiments import ExperimentOptions
-from tegotae.api.parameters import HIDDEN, Values, changes, filled, in_shell, with_options
+from tegotae.api.parameters import HIDDEN, Values, changes, filled, with_options, with_own_values
 from tegotae.api.trained import TrainedControllers, advice, without_hops
 from tegotae.api.wiring import DEFAULT_ENVIRONMENT, EnvironmentOptions, environment_of
 from tegotae.systems.env_documents import extras_of, stem_of
@@ -208,11 +208,7 @@ def _option_defaults(model: Any, **options: Any) -> Values:
     return _trainee(model, **options).defaults()
 
 
-@in_shell(
-    defaults=_option_defaults,
-    names="A name is a recipe (see `tegotae models`), such as ART, or on legs ART@quadruped-c; or "
-    "an experiment of your own, FILE.py:OBJECT or MODULE:OBJECT.",
-)
+@with_own_values(_option_defaults)
 def train(
     model: str | Experiment,
     *,
@@ -242,7 +238,8 @@ def train(
     """Train controllers of a model, one per seed; run it again on the same folder to continue.
 
     Args:
-        model: a recipe, such as ART or AR@quadruped-c, or an experiment of your own.
+        model: a recipe (see `tegotae models`), such as ART, or on legs ART@quadruped-c; or an
+            experiment of your own, FILE.py:OBJECT or MODULE:OBJECT.
         out: folder for controllers, curves and checkpoint; by default runs/MODEL, or
             runs/MODEL-ALGORITHM.
         seeds: number of runs from random weights.

@@ -13,7 +13,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae.api.controller import Changes
-from tegotae.api.parameters import Values, in_shell, with_options
+from tegotae.api.parameters import Values, with_options, with_own_values
 from tegotae.api.results import Table
 from tegotae.systems.env_documents import extras_of, stem_of
 from tegotae.systems.recipe import recipe
@@ -25,15 +25,6 @@ if TYPE_CHECKING:  # which needs Gymnasium
     from tegotae.envs.env_spec import EnvSpec
     from tegotae.envs.wiring import Wiring
     from tegotae.training.environments.experiment import EnvExperiment
-
-
-ENVIRONMENTS = (
-    "A name is a Gymnasium id such as Hopper-v5; FILE.py:FUNCTION or MODULE:FUNCTION that makes an "
-    "environment; a MuJoCo model, FILE.xml or, in an installed package, PACKAGE:FILE.xml; "
-    "hopper, leg or quadruped, which come with tegotae; or a robot's file, FILE.toml (tegotae "
-    "wiring suggest)."
-)
-"""Meaning of an environment's name, for help."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,10 +150,7 @@ def _default_folder(env: str = "", **_: Any) -> Values:
     return {"out": Path("runs") / f"{stem_of(env)}-vanilla"}
 
 
-@in_shell(
-    defaults=_default_folder,
-    names=ENVIRONMENTS,
-)
+@with_own_values(_default_folder)
 def wiring_baseline(
     env: str,
     *,
@@ -177,7 +165,10 @@ def wiring_baseline(
     learned controllers.
 
     Args:
-        env: name of the environment.
+        env: a Gymnasium id such as Hopper-v5; FILE.py:FUNCTION or MODULE:FUNCTION that makes an
+            environment; a MuJoCo model, FILE.xml or, in an installed package, PACKAGE:FILE.xml;
+            hopper, leg or quadruped, which come with tegotae; or a robot's file, FILE.toml
+            (`tegotae wiring suggest`).
         model: a pure V model, whose only weight is σ.
         frequencies: frequencies ω [rad/s]; by default those of the environment's option omega if it
             names several, or else seven, 0.5 to 1.5 times the wiring's.

@@ -33,6 +33,7 @@ def _command(
             function if is_outside else f"tegotae.api.{function}",
             *(f"tegotae {name} {words}".rstrip() for words in table["examples"]),
             subjects=subjects or {"": table["examples"][0]},
+            **{key: table[key] for key in ("names", "out", "pictures") if key in table},
         )
     tables = {x: table[x] for x in table if x not in ("summary", "subjects")}
     commands = {x: _command(f"{name} {x}", tables[x], subjects) for x in tables}

@@ -13,12 +13,12 @@ from typing import Any
 from tegotae._support.errors import MissingExtraError, TegotaeError
 from tegotae.api.controllers import NAMES, kinds as kinds_of_controllers, load_all
 from tegotae.api.parameters import (
-    InShell,
     Option,
     Values,
     description_of,
-    facts_of,
     options_of,
+    own_values_of,
+    texts_of,
 )
 from tegotae.cli.kept_texts import HELP
 from tegotae.cli.output import OutputOptions, output_options, result_of
@@ -68,11 +68,6 @@ class FunctionCall:
         """Function or method of the command."""
         return self.command.load()
 
-    @property
-    def facts(self) -> InShell:
-        """Facts about the function that its signature does not say."""
-        return facts_of(self.function)
-
     @cached_property
     def subjects(self) -> list[inspect.Parameter]:
         """Positional parameters."""
@@ -95,25 +90,31 @@ class FunctionCall:
         needed = [
             x for x in self.subjects if x.default is x.empty and x.kind is not x.VAR_POSITIONAL
         ]
-        return bool(needed) and not self.facts.default_names
+        return bool(needed) and not self.command.names
 
     def help(self) -> str:
         """Return the help: of the named subject, or of the command."""
-        shared, text, footer = self._shared(), description_of(self.function), ""
-        depends = self.is_about_controllers or self.facts.defaults
+        shared, text, footer = self._shared(), description_of(self.function), []
+        depends = self.is_about_controllers or own_values_of(self.function)
+        if self.is_about_controllers and not self.names:
+            footer.append(NAMES)
+        elif self.subjects and not self.names:
+            subject = self.subjects[0].name
+            footer.append(f"NAME: {texts_of(self.function)[subject]}")
         if self.names or not depends or (self.options and not self.names_needed):
             bound = self._bound()
             options = {**bound.options, **shared, **_only(bound.options, "out")}
             text = description_of(bound.function)
         else:
             options = shared | self._common()
-            footer = f"\n\n{self.facts.names or NAMES} {self.prog} NAME --help lists its options."
+            footer.append(f"{self.prog} NAME --help lists its options.")
         groups: dict[str, list[Option]] = {}
         for option in options.values():
             groups.setdefault(option.heading or "Options", []).append(option)
         names = self.names or (("NAME",) if self.subjects else ())
         usage = " ".join([self.prog, *names, "[OPTIONS]"])
-        return help_text(usage, text + footer, groups, self.command.examples)
+        text = "\n\n".join(filter(None, [text, " ".join(footer)]))
+        return help_text(usage, text, groups, self.command.examples)
 
     def run(self) -> None:
         """Call the function, and show its result."""
@@ -134,9 +135,7 @@ class FunctionCall:
             paths.pop("body", None)  # with which the controllers are loaded
         output = OutputOptions(**{name: paths.pop(name) for name in shared if name in paths})
         subject = self.names[0] if self.names else bound.name
-        output = output.with_default_file(
-            result_of(self.function), self.facts, self._words, subject
-        )
+        output = output.with_default_file(self.command, subject)
         values = _nested(paths)
         if "out" in bound.options:  # the function works in the folder that is written
             values.setdefault("out", output.out or bound.options["out"].value)
@@ -151,13 +150,14 @@ class FunctionCall:
     def _shared(self) -> dict[str, Option]:
         """Return the options of every subject: those that load it, and the output."""
         loading = {"body": _BODY} if self.is_about_controllers else {}
-        return {**loading, **output_options(self.function, self.facts)}
+        return {**loading, **output_options(self.command)}
 
     def _common(self) -> dict[str, Option]:
         """Return the options of every kind of subject, and those that decide which others it
         has.
         """
-        deciding = inspect.signature(self.facts.defaults).parameters if self.facts.defaults else ()
+        own_values = own_values_of(self.function)
+        deciding = inspect.signature(own_values).parameters if own_values else ()
         loading = {
             name: option
             for name, option in options_of(self.function, {}).items()
@@ -174,7 +174,7 @@ class FunctionCall:
         Raises:
             TegotaeError: for a name that means nothing here, or too many.
         """
-        function, facts, names = self.function, self.facts, self.names or self.facts.default_names
+        function, names = self.function, self.names or self.command.names
         if names and not self.subjects:
             raise TegotaeError(f"unexpected argument {names[0]!r}; {self.prog} takes no name")
         if not self.is_method:
@@ -195,8 +195,8 @@ class FunctionCall:
             defaults = {"": subjects[0].name, **subjects[0].defaults()}
         if self.is_method:
             return _Bound(getattr(subjects[0], function.__name__), subjects[1:], defaults)
-        if facts.defaults is not None:
-            defaults = {**defaults, **facts.defaults(*subjects[:1], **overrides)}
+        if (own_values := own_values_of(function)) is not None:
+            defaults = {**defaults, **own_values(*subjects[:1], **overrides)}
         return _Bound(function, subjects, defaults)
 
     def _require_one(self, names: Sequence[str]) -> None:

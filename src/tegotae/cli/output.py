@@ -11,16 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tegotae.api.parameters import InShell, Option, hints_of, leaves
-from tegotae.api.results import (
-    NUMBERS,
-    Figure,
-    Files,
-    Recording,
-    ResultBase,
-    check_new_file,
-)
+from tegotae.api.parameters import Option, hints_of, leaves
+from tegotae.api.results import NUMBERS, Figure, Files, Recording, ResultBase, check_new_file
 from tegotae.cli.console import print_rows, print_text
+from tegotae.cli.program import Command
 from tegotae.systems.zoo import is_zoo_name, stem
 
 
@@ -66,18 +60,11 @@ class OutputOptions:
 
             animation_file(self.animate)
 
-    def with_default_file(
-        self, result_class: type[ResultBase], facts: InShell, command: str, name: str
-    ) -> OutputOptions:
+    def with_default_file(self, command: Command, name: str) -> OutputOptions:
         """Return the same, with the usual file of a command if no other output is named."""
-        if facts.writes == "nothing" or self.json or self.csv or self.plot or self.out:
+        if not command.out or self.json or self.csv or self.plot or self.out:
             return self
-        endings = (".png",) if issubclass(result_class, Figure) else result_class.ENDINGS
-        kind = command.removeprefix("figure ").replace(" ", "-")
-        stem = "-".join(filter(None, [kind, file_stem(name)]))
-        return dataclasses.replace(
-            self, out=Path(stem + (endings[0] if facts.writes == "file" else ""))
-        )
+        return dataclasses.replace(self, out=Path(command.out.format(name=file_stem(name))))
 
     def show(self, result: ResultBase) -> None:
         """Print a result, and then write its files: a picture may fail."""
@@ -114,29 +101,24 @@ def result_of(function: Callable[..., Any]) -> type[ResultBase]:
     return hints_of(function)["return"]
 
 
-def output_options(function: Callable[..., Any], facts: InShell) -> dict[str, Option]:
-    """Return the options of `OutputOptions` that the result of a function has.
-
-    Args:
-        function: the function.
-        facts: facts about it.
-    """
+def output_options(command: Command) -> dict[str, Option]:
+    """Return the options of `OutputOptions` that the result of a command has."""
     options = {
         option.name: dataclasses.replace(option, heading="") for option in leaves(OutputOptions())
     }
-    result_class = result_of(function)
-    if not facts.pictures:
+    result_class = result_of(command.load())
+    if not command.pictures:
         del options["plot"]
     if not issubclass(result_class, Recording):
         del options["animate"]
     contents = ""
     if endings := result_class.ENDINGS:
         contents = f"File of the result ({', '.join(endings)})."
-    elif facts.writes == "file":
+    elif issubclass(result_class, Figure) and Path(command.out).suffix:
         contents = "Picture (.png, .pdf, .svg), its numbers beside it; or a folder for all."
     elif issubclass(result_class, Files):
         contents = "Folder for the files."
-    if facts.writes != "nothing":
+    if command.out:
         contents = (
             f"{contents or options['out'].description} Named after command and name by default."
         )

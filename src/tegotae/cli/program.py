@@ -36,13 +36,24 @@ class Command:
         examples: lines that a user can type, for the end of its help.
         subjects: words after the command for each kind of subject, by heading, whose options
             differ; under "" where there is one kind.
+        names: names of the subjects where none is given.
+        out: name of the file or the folder that is written if no other output is named, in which
+            {name} is that of the subject.
+        pictures: False if its result has no figure.
     """
 
     def __init__(
-        self, place: str, *examples: str, subjects: Mapping[str, str] | None = None
+        self,
+        place: str,
+        *examples: str,
+        subjects: Mapping[str, str] | None = None,
+        names: Sequence[str] = (),
+        out: str = "",
+        pictures: bool = True,
     ) -> None:
         self.module, _, self.name = place.partition(":")
         self.examples, self.subjects = examples, subjects or {}
+        self.names, self.out, self.pictures = (*names,), out, pictures
 
     @property
     def summary(self) -> str:

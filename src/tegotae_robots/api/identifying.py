@@ -11,8 +11,8 @@ import pandas as pd
 
 from tegotae._support.errors import require_finite
 from tegotae._support.files import write_atomically
-from tegotae.api.measuring import RECORDINGS, check_recording
-from tegotae.api.parameters import Values, in_shell
+from tegotae.api.measuring import check_recording
+from tegotae.api.parameters import Values, with_own_values
 from tegotae.api.results import TomlFile, check_ending
 from tegotae.measures.recordings import read_recording
 from tegotae.parts.bodies import Hopper, Sensors
@@ -44,11 +44,7 @@ def _out(file: Any = "", **_: Any) -> Values:
     return {"out": Path(f"{Path(file).stem}.toml")}
 
 
-@in_shell(
-    defaults=_out,
-    names=RECORDINGS,
-    pictures=False,
-)
+@with_own_values(_out)
 def identify(
     file: str | Path,
     *,
@@ -66,7 +62,7 @@ def identify(
     command_share (or percent), the command of the actuator as a share of its largest force.
 
     Args:
-        file: the log (.csv, .parquet).
+        file: the log, FILE.csv, FILE.npz or FILE.parquet.
         columns: columns with other names: QUANTITY=COLUMN[UNIT], such as command=pwm[percent]. The
             quantities are time, height, spring_force and command.
         rate: sampling rate [Hz], if there is no column of times.

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
-from tegotae.api.parameters import in_shell
+from tegotae.api.parameters import with_own_values
 from tegotae.api.results import TomlFile, check_ending
-from tegotae.api.wiring import ENVIRONMENTS
 from tegotae.systems.env_documents import extras_of, is_mujoco_model, stem_of
 
 if TYPE_CHECKING:  # which needs Gymnasium
@@ -44,10 +43,7 @@ def _cell_text(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else ", ".join(map(_cell_text, value))
 
 
-@in_shell(
-    defaults=lambda env="", **_: {"out": Path(f"{stem_of(env)}.toml")},
-    names=ENVIRONMENTS,
-)
+@with_own_values(lambda env="", **_: {"out": Path(f"{stem_of(env)}.toml")})
 def suggest_wiring(
     env: str,
     *,

@@ -13,9 +13,8 @@ import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae._support.files import write_atomically
-from tegotae.api.parameters import in_shell
+from tegotae.api.parameters import with_own_values
 from tegotae.api.results import UNDEFINED, TomlFile, check_ending
-from tegotae.api.wiring import ENVIRONMENTS
 from tegotae.systems.env_documents import extras_of, is_mujoco_model, is_robot_file, stem_of
 
 if TYPE_CHECKING:  # which needs MuJoCo
@@ -67,11 +66,7 @@ def _cell_text(value: float | np.ndarray | tuple[float, ...]) -> str:
     return ", ".join(numbers)
 
 
-@in_shell(
-    defaults=lambda env="", **_: {"out": Path(f"{stem_of(env)}.toml")},
-    names=ENVIRONMENTS,
-    pictures=False,
-)
+@with_own_values(lambda env="", **_: {"out": Path(f"{stem_of(env)}.toml")})
 def fit_template(
     env: str,
     *,

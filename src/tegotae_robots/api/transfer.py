@@ -9,7 +9,7 @@ import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae.api.controller import Changes
-from tegotae.api.parameters import Values, in_shell
+from tegotae.api.parameters import Values, with_own_values
 from tegotae.api.results import JsonFile, check_ending
 from tegotae.api.wiring import DEFAULT_ENVIRONMENT, EnvironmentOptions, environment_of
 from tegotae.parts.units import Units
@@ -35,13 +35,7 @@ def _out(law: Any = "", **_: Any) -> Values:
     return {"out": Path(f"{stem_of(name)}-there.json")}
 
 
-@in_shell(
-    defaults=_out,
-    names="A name is one of a controller with weights: a file, a trained controller such as "
-    "zoo:AR-rF+range@quadruped-c, a legged system such as quadruped-c or a template, FILE.toml. "
-    "NAME@FILE.toml puts it on the robot of a file.",
-    pictures=False,
-)
+@with_own_values(_out)
 def transfer(
     law: str,
     *,
@@ -57,7 +51,9 @@ def transfer(
     is then a name for every command, such as simulate, evaluate or train --start.
 
     Args:
-        law: controller, by name.
+        law: controller with weights, by name: a file, a trained controller such as
+            zoo:AR-rF+range@quadruped-c, a legged system such as quadruped-c or a template,
+            FILE.toml. NAME@FILE.toml puts it on the robot of a file.
         env: environment, unless the name says the robot: a Gymnasium id, with a wiring.
         duration_s: duration of an episode [s].
         environment: wiring of the limbs, and settings of the environment.
