@@ -89,8 +89,8 @@ def load(name: WalkerName, *, body: str | Body | None = None) -> WalkerControlle
 @overload
 def load(name: Subject, kind: type[C], *, body: str | Body | None = None) -> C: ...
 @overload
-def load(name: Subject, *, body: str | Body | None = None) -> Any: ...
-def load(name: Subject, kind: Any = LoadedController, *, body: str | Body | None = None) -> Any:
+def load(name: Subject | LoadedController, *, body: str | Body | None = None) -> Any: ...
+def load(name: Any, kind: Any = LoadedController, *, body: str | Body | None = None) -> Any:
     """Load the controllers of a name; their methods simulate, evaluate, compare and explain them.
 
     Args:
@@ -141,22 +141,6 @@ def load_all(
         return loaded
     new = body_called(body) if isinstance(body, str) else body
     return [controller.on(new) for controller in loaded]
-
-
-def require_controller(controller: Subject | LoadedController, kind: type[C], reason: str) -> C:
-    """Return a controller, by name or loaded, as one of a class.
-
-    Args:
-        controller: the controller.
-        kind: the class.
-        reason: reason that others do not fit.
-
-    Raises:
-        TegotaeError: for a name that means nothing here, or another class.
-    """
-    if isinstance(controller, LoadedController):
-        return controller.require(kind, reason)
-    return load(controller, LoadedController).require(kind, reason)
 
 
 def _loaded(names: Sequence[Any]) -> list[LoadedController]:

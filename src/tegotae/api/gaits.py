@@ -18,7 +18,7 @@ from tegotae.analysis.gaits.releases import release_all, system_document
 from tegotae.analysis.gaits.stability import stability as measured_stability
 from tegotae.analysis.gaits.sweep import sweep as swept
 from tegotae.api.controller import Subject
-from tegotae.api.controllers import require_controller
+from tegotae.api.controllers import load
 from tegotae.api.parameters import check_types, filled, with_own_values
 from tegotae.api.results import Figure, short
 from tegotae.api.walking import WalkerController, WalkerOptions
@@ -127,9 +127,7 @@ def _ranges(controller: Walking, **_: Any) -> dict[str, Any]:
 
 def _walker(controller: Walking) -> WalkerController:
     """Return the controller, which must be one of a body with several legs."""
-    return require_controller(
-        controller, WalkerController, "a gait is how several legs go together"
-    )
+    return load(controller).require(WalkerController, "a gait is how several legs go together")
 
 
 @check_types

@@ -87,14 +87,15 @@ class HopperController(LoadedController):
             "duration_s": self.runs.protocol.undisturbed_s,
         }
 
-    @check_types
-    def changed(self, **options: Unpack[HopperOptions]) -> SavedController:
+    def changed(self, values: Any) -> SavedController:
         """Return the one controller with other values.
+
+        Args:
+            values: those of `HopperOptions`, without None.
 
         Raises:
             TegotaeError: for several controllers, or values that do not fit together.
         """
-        values = filled(options, self.defaults())
         if values.sigma is not None:
             require_within("sigma", values.sigma, MOST_GAIN)
         parts = {"omega": values.omega, "release": values.release, "body": values.body}
@@ -176,9 +177,7 @@ class HopperController(LoadedController):
                 f"the ground is to drop at {values.drop_time_s:g} s, but the rollout ends at "
                 f"{values.duration_s:g} s; set drop_time_s or duration_s"
             )
-        saved = self.changed(
-            omega=values.omega, sigma=values.sigma, release=values.release, body=values.body
-        )
+        saved = self.changed(values)
         held = {"integrator": Hold()} if values.hold else {}
         frame_s = tick_s * max(1, round(min(0.01 / tick_s, MOST_TICKS)))  # whole ticks, near 10 ms
         return simulate(

@@ -224,7 +224,8 @@ def hints_of(function: Callable[..., Any]) -> dict[str, Any]:
     for name, text in inspect.get_annotations(function).items():
         hints[name] = None
         with contextlib.suppress(NameError):
-            hints[name] = eval(text, function.__globals__)  # type: ignore[attr-defined]
+            hint = eval(text, function.__globals__) if isinstance(text, str) else text  # type: ignore[attr-defined]
+            hints[name] = hint
     return hints | {name: option.kind for name, option in shared_options(function).items()}
 
 

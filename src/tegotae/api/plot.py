@@ -26,7 +26,7 @@ from tegotae.analysis.phase_response import check_pushes, measure_phase_response
 from tegotae.analysis.poincare import check_disturbances, poincare_section, transient
 from tegotae.analysis.surface import actuation_surface, sees_velocity
 from tegotae.api.controller import Changes, Subject
-from tegotae.api.controllers import require_controller
+from tegotae.api.controllers import load
 from tegotae.api.hopping import HopperController, HopperOptions
 from tegotae.api.parameters import HIDDEN, Values, check_types, filled, with_own_values
 from tegotae.api.results import Figure
@@ -89,16 +89,9 @@ def _values(arguments: Mapping[str, Any], others: str = "are simulate, evaluate,
     defaults = _driver_defaults(controller, policy)
     if policy is None:
         reason = f"this figure is of one leg; for others there {others}"
-        controller = require_controller(controller, HopperController, reason)
+        controller = load(controller).require(HopperController, reason)
         defaults = {"": controller.name, **controller.defaults(), **defaults}
     return filled({**arguments, "controller": controller}, defaults)
-
-
-def _changed(values: Any) -> SavedController:
-    """Return the controller with the options."""
-    return values.controller.changed(
-        omega=values.omega, sigma=values.sigma, release=values.release, body=values.body
-    )
 
 
 def _titled(driver: SavedController | Policy) -> str:
@@ -139,7 +132,7 @@ def _driver_defaults(controller: Any = None, policy: Any = None, **_: Any) -> Va
 def _driver(values: Any) -> SavedController | Policy:
     """Return the controller with the options, or the policy."""
     if values.policy is None:
-        return _changed(values)
+        return values.controller.changed(values)
     from tegotae.envs.policies import load_policy
 
     return load_policy(values.policy, values.meaning)
@@ -307,7 +300,7 @@ def poincare(
     from tegotae.figures.cycles import poincare_figure, poincare_tables
 
     check_disturbances(step, nudge, turns)
-    saved = _changed(values)
+    saved = values.controller.changed(values)
     orbit = find_orbit(saved, settle_s=settle_s)
     section = poincare_section(saved, orbit, step=step, nudge=nudge, turns=turns)
     apexes = transient(saved, duration_s=settle_s)
@@ -352,7 +345,7 @@ def phase_response(
     values = _values(locals())
     from tegotae.figures.cycles import phase_response_figure, phase_response_notes
 
-    saved, pushes = _changed(values), np.array(push)
+    saved, pushes = values.controller.changed(values), np.array(push)
     check_pushes(pushes, require_hopper(saved.body, "a push"), points, cycles)
     orbit = find_orbit(saved, settle_s=settle_s)
     response = measure_phase_response(saved, orbit, pushes, points=points, cycles=cycles)
@@ -441,7 +434,7 @@ def basin(
     values = _values(locals(), "is tegotae gait basin")
     from tegotae.figures.maps import basin_figure, describe_map
 
-    saved = _changed(values)
+    saved = values.controller.changed(values)
     heights = axis("height_m", *height_m, resolution, above=0.0, upper=limits.MOST_M)
     across = (
         axis("velocity_m_per_s", *velocity_m_per_s, resolution, upper=limits.MOST_M)

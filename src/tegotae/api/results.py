@@ -258,8 +258,8 @@ class Figure(ResultBase):
 class Files(ResultBase):
     """Files in memory until they are saved."""
 
-    write: Callable[[Path], Sequence[Path]]
-    """Function that writes them to a file or into a folder."""
+    write: Callable[[Path], Sequence[Path] | None]
+    """Function that writes the one file of a name, or several, which it returns, into a folder."""
     files: Mapping[str, str] = field(default_factory=dict)
     """Texts by their paths in a folder, where they are texts."""
 
@@ -277,7 +277,7 @@ class Files(ResultBase):
         if path.suffix in NUMBERS and path.suffix not in self.ENDINGS:
             return super().save(path)
         check_new_file(path, self.ENDINGS, replaces=self.REPLACES)
-        return [*self.write(path)]
+        return [*(self.write(path) or [path])]
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)

@@ -50,9 +50,7 @@ class TrainedControllers(Files):
     """Controller files, one a run."""
     unit: str
     """Unit of progress: generation or episode."""
-    write: Callable[[Path], Sequence[Path]] = field(
-        default_factory=lambda: lambda _: (), init=False
-    )
+    write: Callable[[Path], None] = field(default_factory=lambda: lambda _: None, init=False)
 
     @classmethod
     def from_files(

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -32,9 +32,6 @@ from tegotae.training.learner import Learner
 from tegotae.training.run import Run, train as train_run
 from tegotae.training.settings import settings_named
 from tegotae.training.tensorboard import tensorboard_log
-
-if TYPE_CHECKING:
-    pass
 
 _STOPPING = Stopping()
 _EPISODES = 1000

@@ -136,13 +136,9 @@ def export_native(law: Exportable, *, max_force_n: float | None = None) -> Nativ
     header = asdict(native)
     senses = ", ".join(native.senses) or "nothing"
 
-    def write(file: Path) -> list[Path]:
-        write_native(native, file)
-        return [file]
-
     return NativeCode(
         raw=native,
-        write=write,
+        write=lambda path: write_native(native, path),
         title=f"reads {senses}; commands {', '.join(native.commands)}",
         notes=['use it: tegotae_robots.live.LiveController.load("FILE")'],
         data={name: header[name] for name in header if name not in ("code", "start")},

@@ -115,13 +115,9 @@ def identify(
         for name, unit in FITTED.items()
     }
 
-    def write(path: Path) -> list[Path]:
-        write_atomically(path, body_text(body, reasons))
-        return [path]
-
     return TomlFile(
         raw=fit,
-        write=write,
+        write=lambda path: write_atomically(path, body_text(body, reasons)),
         title=f"fitted to {fit.hops[0]} hops; {fit.hops[1]} others check the prediction",
         rows=numbers,
         views=[rows.set_index("number"), checked],

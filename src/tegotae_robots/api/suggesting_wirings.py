@@ -99,10 +99,6 @@ def suggest_wiring(
         commands = [f"wiring baseline {robot}{paid}", f"train ART@{robot}{paid}"]
     table = _entries(suggestion)
 
-    def write(file: Path) -> list[Path]:
-        save_robot(spec, suggestion.wiring, file, reasons=suggestion.reasons)
-        return [file]
-
     def draw() -> dict[str, figure.Figure]:
         from tegotae_robots.models.workspace import workspace_figure
 
@@ -110,7 +106,7 @@ def suggest_wiring(
 
     return TomlFile(
         raw=suggestion,
-        write=write,
+        write=lambda path: save_robot(spec, suggestion.wiring, path, reasons=suggestion.reasons),
         draw=draw,
         rows=table,
         views=[table.set_index("entry")],

@@ -114,13 +114,9 @@ def fit_template(
         error=[UNDEFINED if math.isnan(x) else f"{x:+.0%}" for x in check.error],
     )
 
-    def write(file: Path) -> list[Path]:
-        write_atomically(file, template.text)
-        return [file]
-
     return TomlFile(
         raw=template,
-        write=write,
+        write=lambda path: write_atomically(path, template.text),
         title=template.about,
         rows=numbers,
         views=[columns.set_index("number"), checked.set_index("step response")],

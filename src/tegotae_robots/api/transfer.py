@@ -80,13 +80,9 @@ def transfer(
     put = transferred(saved, spec, wiring, name=name, omega=options.omega, duration_s=duration_s)
     table = pd.DataFrame() if wiring.units is None else _conversions(saved, put.omega, wiring.units)
 
-    def write(file: Path) -> list[Path]:
-        save(put, file)
-        return [file]
-
     return JsonFile(
         raw=put,
-        write=write,
+        write=lambda path: save(put, path),
         title=f"{saved.name or law}, {put.controller.n_weights} weights, on {spec.env}",
         rows=table,
         views=[] if table.empty else [table.set_index("number")],
