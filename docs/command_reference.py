@@ -14,7 +14,7 @@ from tegotae.api.parameters import description_of
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.functions import options_by_subject
 from tegotae.cli.program import Command, CommandGroup
-from tegotae.cli.records import flags_of
+from tegotae.cli.records import fields_of
 from tegotae.cli.words import flag_of
 
 
@@ -41,7 +41,7 @@ def _command(name: str, command: Command | CommandGroup, level: int = 2) -> Iter
             rows = {flag_of(option): option.description for option in known.values()}
             yield from _table(subject, rows)
     else:
-        flags = {flag: _with_default(x.description, x.value) for flag, x in flags_of(own)}
+        flags = {flag_of(x): _with_default(x.description, x.value) for x in fields_of(own)}
         yield from _table("option", flags)
     yield "```console\n" + "\n".join(command.examples) + "\n```\n"
 

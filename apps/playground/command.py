@@ -10,7 +10,7 @@ from apps.playground import ControllerChoice, Page, standard
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, write_atomically
 from tegotae._support.progress import note
-from tegotae.cli.records import POSITIONAL
+from tegotae.api.parameters import POSITIONAL
 from tegotae.systems.resolve import resolve
 from tegotae.systems.zoo import stem
 from tegotae.training.collection import controller_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from tegotae.cli.records import SEVERAL
+from tegotae.api.parameters import SEVERAL
 
 Several = Annotated[tuple[tuple[str, ...], ...], SEVERAL]
 """Words of an option that may be given several times, each time with one word or a list."""

@@ -12,7 +12,7 @@ from programs import PROGRAMS
 from research_pages import source_of
 from tegotae.cli.functions import options_by_subject
 from tegotae.cli.program import Command, CommandGroup, overview
-from tegotae.cli.records import flags_of
+from tegotae.cli.records import fields_of
 from vocabulary import PROSE
 
 _OF_THE_PAPER = ("research/paper/paper.md", "research/paper/checklists.md")
@@ -102,7 +102,7 @@ def helps(entry: Command | CommandGroup, prog: str) -> Iterator[str]:
                 for x in options.values()
             )
         else:
-            yield from (option.description for _, option in flags_of(kind))
+            yield from (option.description for option in fields_of(kind))
         return
     yield overview(entry, prog)
     for name, below in entry.commands.items():

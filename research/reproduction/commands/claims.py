@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
-from tegotae.cli.records import POSITIONAL
+from tegotae.api.parameters import POSITIONAL
 
 if TYPE_CHECKING:
     from research.reproduction.claims.findings import Finding

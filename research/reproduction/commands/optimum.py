@@ -11,7 +11,7 @@ import numpy as np
 
 from research.reproduction.commands.output import Output
 from tegotae._support.errors import TegotaeError, require_finite
-from tegotae.cli.records import POSITIONAL
+from tegotae.api.parameters import POSITIONAL
 from tegotae.measures.hopping.gait import Gait, GaitSummary
 
 if TYPE_CHECKING:

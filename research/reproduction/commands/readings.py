@@ -10,7 +10,7 @@ from research.reproduction.commands.output import PictureFormat
 from tegotae._support.engines import require_workers
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
-from tegotae.cli.records import POSITIONAL
+from tegotae.api.parameters import POSITIONAL
 
 if TYPE_CHECKING:
     from research.reproduction.readings.readings import Reading

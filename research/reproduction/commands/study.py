@@ -17,7 +17,7 @@ from tegotae._support.documents import Document
 from tegotae._support.engines import require_workers
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_file, output_folder, write_atomically
-from tegotae.cli.records import POSITIONAL
+from tegotae.api.parameters import POSITIONAL
 from tegotae.measures.check import check
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.systems.experiment import Experiment

@@ -35,6 +35,12 @@ Values = Mapping[str, Any]
 """Own values of a subject by parameter."""
 
 
+POSITIONAL = "positional"
+"""Mark of a field that is given before the options, `Annotated[Path, POSITIONAL]`."""
+SEVERAL = "several"
+"""Mark of a field whose option may be given several times, each time with one word or more."""
+
+
 @dataclass(frozen=True)
 class Option:
     """A value that words can give."""
@@ -49,6 +55,8 @@ class Option:
     """Meaning."""
     heading: str = ""
     """Class of the field; empty for a parameter."""
+    mark: str = ""
+    """`POSITIONAL`, `SEVERAL`, or empty."""
 
     @property
     def name(self) -> str:

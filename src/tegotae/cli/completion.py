@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from importlib import resources
 from typing import Annotated, Literal
 
+from tegotae.api.parameters import POSITIONAL
 from tegotae.cli.commands import COMMANDS
 from tegotae.cli.functions import options_by_subject
 from tegotae.cli.kept_texts import kept
 from tegotae.cli.program import SWITCHES, Command, CommandGroup
-from tegotae.cli.records import POSITIONAL, flags_of
+from tegotae.cli.records import fields_of
 from tegotae.cli.words import flag_of
 from tegotae.systems.zoo import PREFIX, zoo_names
 
@@ -75,4 +76,4 @@ def options(command: Command) -> Iterator[str]:
         kinds = options_by_subject(command).values()
         yield from dict.fromkeys(flag_of(x) for options in kinds for x in options.values())
     else:
-        yield from (flag for flag, _ in flags_of(function) if flag.startswith("--"))
+        yield from (flag_of(x) for x in fields_of(function) if x.mark != POSITIONAL)

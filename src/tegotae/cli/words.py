@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal, get_args, get_origin
 
 from tegotae._support.errors import TegotaeError, require_known
-from tegotae.api.parameters import Option
+from tegotae.api.parameters import POSITIONAL, SEVERAL, Option
 from tegotae.cli.program import WIDTH, examples_text
 
 _WIDE = 26
@@ -40,6 +40,8 @@ def split(words: Sequence[str]) -> tuple[tuple[str, ...], list[tuple[str, list[s
 
 def flag_of(option: Option) -> str:
     """Return the spelling of an option in the shell; one that is true by default is turned off."""
+    if option.mark == POSITIONAL:
+        return option.name.upper()
     return f"--{'no-' if option.value is True else ''}{option.name.replace('_', '-')}"
 
 
@@ -47,8 +49,6 @@ def values_of(
     options: Sequence[tuple[str, list[str]]],
     candidates: Iterable[Option],
     subject: str,
-    *,
-    several: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Return the values of the options by path.
 
@@ -56,7 +56,6 @@ def values_of(
         options: each with the words after it.
         candidates: options that there are.
         subject: name of their subject, for errors.
-        several: names of options that may be repeated, each time with further words.
 
     Raises:
         TegotaeError: for an unknown option, with the nearest one, or a value that cannot be.
@@ -68,7 +67,7 @@ def values_of(
         option = flags[flag]
         value = _value(flag, option.kind, words)
         value = option.value is not True if option.kind is bool else value
-        if option.name in several:
+        if option.mark == SEVERAL:
             value = (*values.get(option.path, ()), value)
         values[option.path] = value
     return values
