@@ -11,7 +11,7 @@ import contextlib
 import dataclasses
 import inspect
 import textwrap
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, wraps
 from pathlib import Path
@@ -215,10 +215,15 @@ def options_of(function: Callable[..., Any], defaults: Values) -> dict[str, Opti
             value = None if parameter.default is None else parameter.default
         if (kind := kind_of(hints[name], value)) is not None:
             candidates.append(Option(name, kind, value, texts.get(name, "")))
-    options: dict[str, Option] = {}
-    for option in sorted(candidates, key=lambda option: option.path.count(".")):
-        options.setdefault(option.name, option)
-    return options
+    return _by_name(candidates)
+
+
+def _by_name(options: Iterable[Option]) -> dict[str, Option]:
+    """Return options by name; of two of one name that of the outer value."""
+    by_name: dict[str, Option] = {}
+    for option in sorted(options, key=lambda option: option.path.count(".")):
+        by_name.setdefault(option.name, option)
+    return by_name
 
 
 def hints_of(function: Callable[..., Any]) -> dict[str, Any]:
@@ -340,22 +345,20 @@ def with_options(value: T, changes: Mapping[str, Any]) -> T:
         >>> with_options(Hopper(), {"mass_kg": 0.2}).mass_kg
         0.2
     """
-    paths: dict[str, str] = {}
-    for option in sorted(leaves(value), key=lambda option: option.path.count(".")):
-        paths.setdefault(option.name, option.path)
-    ways_by_name = paths | {path: path for path in paths.values()}
-    ways_by_name |= {field.name: field.name for field in dataclasses.fields(cast(Any, value))}
+    options = _by_name(leaves(value))
+    kinds = {option.path: option.kind for option in options.values()}
+    paths = {name: option.path for name, option in options.items()} | {x: x for x in kinds}
+    paths |= {field.name: field.name for field in dataclasses.fields(cast(Any, value))}
     changes = {name: x for name, x in changes.items() if name != "name"}  # of the whole
-    kinds = {option.path: option.kind for option in leaves(value)}
     for name, replacement in changes.items():
-        if name not in ways_by_name:
-            raise unknown(f"field of a {type(value).__name__}", name, paths)
-        if ways_by_name[name] in kinds:
-            kind = kinds[ways_by_name[name]]
+        if name not in paths:
+            raise unknown(f"field of a {type(value).__name__}", name, options)
+        if paths[name] in kinds:
+            kind = kinds[paths[name]]
             if get_origin(kind) is tuple and fits(float, replacement):
                 continue  # one number for all entries
             require_kind_of(name, kind | None, replacement)
-    return replace(value, {ways_by_name[name]: x for name, x in changes.items()})
+    return replace(value, {paths[name]: x for name, x in changes.items()})
 
 
 def changes(options: Any, reference: Any) -> dict[str, Any]:

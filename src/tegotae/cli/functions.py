@@ -103,7 +103,7 @@ class FunctionCall:
             footer.append(f"NAME: {texts_of(self.function)[subject]}")
         if self.names or not depends or (self.options and not self.names_needed):
             bound = self._bound()
-            options = {**bound.options, **shared, **_only(bound.options, "out")}
+            options = bound.options | {n: x for n, x in shared.items() if n not in bound.options}
             text = description_of(bound.function)
         else:
             options = shared | self._common()
@@ -141,11 +141,6 @@ class FunctionCall:
             values.setdefault("out", output.out or bound.options["out"].value)
             output = replace(output, out=values["out"])
         return partial(bound.function, *bound.subjects, **values), output
-
-    @property
-    def _words(self) -> str:
-        """Words of the command after the program's."""
-        return self.prog.partition(" ")[2]
 
     def _shared(self) -> dict[str, Option]:
         """Return the options of every subject: those that load it, and the output."""
@@ -203,8 +198,8 @@ class FunctionCall:
         """Raise `TegotaeError` for more names than the function takes."""
         is_several = any(x.kind is x.VAR_POSITIONAL for x in self.subjects)
         if len(names) > 1 and not is_several:
-            listed = ", ".join(names)
-            raise TegotaeError(f"{self._words} takes one name; {listed} are {len(names)}")
+            command, listed = self.prog.partition(" ")[2], ", ".join(names)
+            raise TegotaeError(f"{command} takes one name; {listed} are {len(names)}")
 
 
 @dataclass(frozen=True)
@@ -245,10 +240,6 @@ def _nested(paths: Mapping[str, Any]) -> dict[str, Any]:
         else:
             values[name] = value
     return values
-
-
-def _only(options: Mapping[str, Option], *names: str) -> dict[str, Option]:
-    return {name: options[name] for name in names if name in options}
 
 
 def options_by_subject(command: Command) -> dict[str, dict[str, Option]]:
