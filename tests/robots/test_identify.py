@@ -358,4 +358,4 @@ def test_help_says_what_a_recording_is_in_whole_sentences(capsys):
 def test_a_body_is_not_written_over(identified, tmp_path):
     (tmp_path / "leg.toml").write_text("mine")
     refused("exists already", identified.save, tmp_path / "leg.toml")
-    refused(r"must end in \.toml", tg.robots.identify, "log.csv", out=tmp_path / "leg.csv")
+    refused(r"must end in \.toml", identified.save, tmp_path / "leg.txt")

@@ -15,7 +15,6 @@ import tegotae as tg
 from places import ROOT
 from refusals import refused
 from sprung import CENTRE, DAMPING, FOOT, FRICTION, HIPS, INERTIA, STIFFNESS, sprung_robot
-from tegotae import TegotaeError
 from tegotae.cli import main
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
 from tegotae.systems.vanilla import legged_named, legged_of
@@ -217,11 +216,20 @@ def test_the_command_writes_a_walker_whose_file_is_a_systems_name(robot_file, ca
     assert tomllib.loads(text)["body"]["stiffness_x_n_per_m"] == STIFFNESS[0]
 
 
-def test_an_ending_that_its_file_cannot_have_is_refused_before_the_model_is_read():
-    for ask, names in ((tg.robots.fit_template, "a.json"), (tg.robots.suggest_wiring, "a.txt")):
-        refused(rf"{names} must end in \.toml", ask, "no-such-model.xml", out=names)
-    with pytest.raises(TegotaeError, match=r"a\.toml must end in \.json"):
-        tg.robots.transfer("quadruped-c", env="no-such-model.xml", out="a.toml")
+@pytest.mark.parametrize(
+    ("command", "file", "ending"),
+    [
+        ("fit-template no-such-model.xml", "a.json", ".toml"),
+        ("wiring suggest no-such-model.xml", "a.txt", ".toml"),
+        ("identify no-such-log.csv", "a.csv.txt", ".toml"),
+        ("wiring transfer quadruped-c --env no-such-model.xml", "a.toml", ".json"),
+    ],
+)
+def test_an_ending_that_its_file_cannot_have_is_refused_before_the_model_is_read(
+    command, file, ending, capsys
+):
+    assert main([*command.split(), "--out", file]) == 2
+    assert f"{file} must end in {ending}" in capsys.readouterr().err
 
 
 def test_a_file_that_is_there_or_ends_otherwise_is_not_written(robot_file):

@@ -67,7 +67,8 @@ class ResultBase:
     title: str = ""
     """Outcome in a few words."""
     notes: Sequence[str] = ()
-    """Sentences below the tables."""
+    """Sentences below the tables. The file of the result, whose name is not known yet, is in them
+    FILE with its ending."""
     rows: Any = ()
     """Numbers: columns by name, or rows; or a function that makes them."""
     views: Sequence[pd.DataFrame] = ()
@@ -306,23 +307,11 @@ def check_new_file(path: Path | str, endings: Sequence[str], *, replaces: bool =
     if not endings:
         check_folder(path)
         return
-    check_ending(path, endings)
+    if path.suffix not in endings:
+        raise TegotaeError(f"{path} must end in {' or '.join(endings)}")
     output_file(path)
     if path.exists() and not replaces:
         raise TegotaeError(f"{path} exists already; name another file with --out")
-
-
-def check_ending(path: Path | str, endings: Sequence[str]) -> None:
-    """Raise `TegotaeError` for a file of another ending.
-
-    Args:
-        path: the file.
-        endings: endings that it may have.
-    """
-    if not isinstance(path, str | Path):
-        raise TegotaeError(f"out is {path!r}; it must be the name of a file")
-    if Path(path).suffix not in endings:
-        raise TegotaeError(f"{path} must end in {' or '.join(endings)}")
 
 
 def short(value: Any) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import re
+import shlex
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -71,7 +72,7 @@ class OutputOptions:
         if self.json:
             print(json.dumps(result.to_dict(), allow_nan=False), flush=True)
         else:
-            _print(result)
+            _print(result, self.out)
         paths = [] if self.csv is None else [*result.save(self.csv)]
         if self.plot is not None:
             result.plot(self.plot)
@@ -85,13 +86,16 @@ class OutputOptions:
             print("wrote " + ", ".join(map(str, paths)))
 
 
-def _print(result: ResultBase) -> None:
+def _print(result: ResultBase, file: Path | None) -> None:
     if result.title:
         print(result.title)
     for table in result.texts():
         keys, cells = table.index.nlevels, table.reset_index()
         print_rows(map(str, cells.columns), cells.to_numpy(str), key=keys)
+    ending = "" if file is None else file.suffix
     for note in result.notes:
+        if ending in result.ENDINGS:
+            note = note.replace(f"FILE{ending}", shlex.quote(str(file)))
         print_text(note)
     sys.stdout.flush()
 
@@ -137,11 +141,11 @@ def file_stem(name: str) -> str:
     Example:
         >>> file_stem("runs/art/ART-rF-w8-seed0.json"), file_stem("mine.py:hopper")
         ('ART-rF-w8-seed0', 'hopper')
-        >>> file_stem("zoo:ART-rF-tphif-w8/3")
-        'ART-rF-tphif-w8-3'
+        >>> file_stem("zoo:ART-rF-tphif-w8/3"), file_stem("zoo:AR-rF+range@go1.toml")
+        ('ART-rF-tphif-w8-3', 'AR-rF+range-go1')
     """
     if is_zoo_name(name):
         name = stem(name)
     last = re.split(r"[/\\:]", name)[-1]
-    plain = re.sub(r"\.(json|zip|onnx|py)$", "", last)
-    return re.sub(r"[^\w.@+-]+", "-", plain)[:_LONGEST_STEM].strip("-.")
+    plain = re.sub(r"\.(json|zip|onnx|py|toml|xml|csv|npz|parquet)$", "", last)
+    return re.sub(r"[^\w.+-]+", "-", plain)[:_LONGEST_STEM].strip("-.")

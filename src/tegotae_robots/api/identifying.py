@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
 from tegotae._support.errors import require_finite
 from tegotae._support.files import write_atomically
 from tegotae.api.measuring import check_recording
-from tegotae.api.parameters import Values, with_own_values
-from tegotae.api.results import TomlFile, check_ending
+from tegotae.api.parameters import check_types
+from tegotae.api.results import TomlFile
 from tegotae.measures.recordings import read_recording
 from tegotae.parts.bodies import Hopper, Sensors
 from tegotae.systems.parts_by_name import body_text
@@ -39,12 +38,7 @@ def _body_of(fit: Identified, gravity_m_per_s2: float) -> Sensors:
     return Sensors(body=hopper, delay_s=delay_s, most_ticks=ticks)
 
 
-def _out(file: Any = "", **_: Any) -> Values:
-    """Return the output file, named as the log."""
-    return {"out": Path(f"{Path(file).stem}.toml")}
-
-
-@with_own_values(_out)
+@check_types
 def identify(
     file: str | Path,
     *,
@@ -52,7 +46,6 @@ def identify(
     rate: float | None = None,
     resample: float | None = None,
     gravity_m_per_s2: float = Hopper.gravity_m_per_s2,
-    out: Path | str | None = None,
 ) -> TomlFile:
     """Fit mass, stiffness, damping, rest length, delay and force limit of a hopper to its log.
 
@@ -68,7 +61,6 @@ def identify(
         rate: sampling rate [Hz], if there is no column of times.
         resample: rate for resampling by linear interpolation [Hz], if times are not uniform.
         gravity_m_per_s2: gravity g [m/s²], which is not fitted.
-        out: name of the body's file (.toml) for the text; `save` writes it.
 
     Raises:
         TegotaeError: for a file that is no log, or too few hops.
@@ -77,9 +69,6 @@ def identify(
         >>> identify("log.csv").save("log.toml")  # doctest: +SKIP
     """
     check_recording(file)
-    if out is not None:
-        check_ending(out, TomlFile.ENDINGS)
-    out = Path(_out(file)["out"] if out is None else out)
     require_finite("gravity_m_per_s2", gravity_m_per_s2, above=0.0, most=1e9)
     samples = read_recording(
         file,
@@ -125,7 +114,7 @@ def identify(
             f"Noise of the height {fit.noise[0]:.3g} m, of the load {fit.noise[1]:.3g} N. A "
             "prediction is as good as the noise allows where its error is 1.",
             "Next, at a frequency ω near that of stance:",
-            f"tegotae train ART-rF-tphif-w{omega:.0f} --body {out} --height-m {height:.3g}",
+            f"tegotae train ART-rF-tphif-w{omega:.0f} --body FILE.toml --height-m {height:.3g}",
         ],
         data={
             "values": fit.values,

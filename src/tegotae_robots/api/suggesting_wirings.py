@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
-from tegotae.api.parameters import with_own_values
-from tegotae.api.results import TomlFile, check_ending
-from tegotae.systems.env_documents import extras_of, is_mujoco_model, stem_of
+from tegotae.api.parameters import check_types
+from tegotae.api.results import TomlFile
+from tegotae.systems.env_documents import extras_of, is_mujoco_model
 
 if TYPE_CHECKING:  # which needs Gymnasium
     from matplotlib import figure
@@ -43,13 +41,12 @@ def _cell_text(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else ", ".join(map(_cell_text, value))
 
 
-@with_own_values(lambda env="", **_: {"out": Path(f"{stem_of(env)}.toml")})
+@check_types
 def suggest_wiring(
     env: str,
     *,
     feet: Sequence[str] = (),
     settings: Sequence[str] = (),
-    out: Path | str | None = None,
 ) -> TomlFile:
     """Suggest a wiring for a MuJoCo model of your own: feet, limbs, pushes, scales, rest length.
 
@@ -63,7 +60,6 @@ def suggest_wiring(
             chain.
         settings: further settings of the environment: NAME=VALUE, values as in JSON, such as
             ground=true.
-        out: name of the robot's file (.toml) for the text; `save` writes it.
 
     Raises:
         MissingExtraError: without MuJoCo.
@@ -83,20 +79,17 @@ def suggest_wiring(
             f"{env} is no MuJoCo model (FILE.xml); for another environment write the wiring by "
             "hand, and check it with tegotae.envs.check_wiring"
         )
-    out = Path(f"{stem_of(env)}.toml" if out is None else out)
-    check_ending(out, TomlFile.ENDINGS)
     spec = environment_named(env, settings, feet=feet)
     model = spec.model_settings
     suggestion = suggest_legs(model) if model.legs else suggested(model)
-    robot = shlex.quote(str(out))
     if model.legs:
-        commands = [f"simulate zoo:AR-rF+range@{robot}", f"train AR@{robot}"]
+        commands = ["simulate zoo:AR-rF+range@FILE.toml", "train AR@FILE.toml"]
     else:
         # What hops ahead, or walks, is paid for distance; CoT⁻¹ of hops alone often stays 0.
         walks = len(suggestion.wiring.limbs) > 1
         fitness = "hopping" if suggestion.on_rail else "return" if walks else ""
         paid = f" --fitness {fitness}" if fitness else ""
-        commands = [f"wiring baseline {robot}{paid}", f"train ART@{robot}{paid}"]
+        commands = [f"wiring baseline FILE.toml{paid}", f"train ART@FILE.toml{paid}"]
     table = _entries(suggestion)
 
     def draw() -> dict[str, figure.Figure]:

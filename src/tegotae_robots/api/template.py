@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,8 +12,8 @@ import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae._support.files import write_atomically
-from tegotae.api.parameters import with_own_values
-from tegotae.api.results import UNDEFINED, TomlFile, check_ending
+from tegotae.api.parameters import check_types
+from tegotae.api.results import UNDEFINED, TomlFile
 from tegotae.systems.env_documents import extras_of, is_mujoco_model, is_robot_file, stem_of
 
 if TYPE_CHECKING:  # which needs MuJoCo
@@ -66,13 +65,12 @@ def _cell_text(value: float | np.ndarray | tuple[float, ...]) -> str:
     return ", ".join(numbers)
 
 
-@with_own_values(lambda env="", **_: {"out": Path(f"{stem_of(env)}.toml")})
+@check_types
 def fit_template(
     env: str,
     *,
     feet: Sequence[str] = (),
     settings: Sequence[str] = (),
-    out: Path | str | None = None,
 ) -> TomlFile:
     """Fit a walker of this package, the template, to a MuJoCo model of a legged robot.
 
@@ -85,7 +83,6 @@ def fit_template(
             chain.
         settings: further settings of the environment: NAME=VALUE, values as in JSON, such as
             ground=true.
-        out: name of the template's file (.toml) for the text; `save` writes it.
 
     Raises:
         MissingExtraError: without MuJoCo.
@@ -100,8 +97,6 @@ def fit_template(
 
     if not is_mujoco_model(env) and not is_robot_file(env):
         raise TegotaeError(f"{env} is no MuJoCo model, FILE.xml, and no robot's file, FILE.toml")
-    out = Path(f"{stem_of(env)}.toml" if out is None else out)
-    check_ending(out, TomlFile.ENDINGS)
     model = environment_named(env, settings, feet=feet).model_settings
     template = fitted(replace(model, legs=False), stem_of(env))
     numbers, check = _numbers(template), _check(template)
@@ -123,8 +118,8 @@ def fit_template(
         notes=[
             *template.remarks,
             "Next:",
-            f"tegotae simulate {out}",
-            f"tegotae train AR@{out}",
+            "tegotae simulate FILE.toml",
+            "tegotae train AR@FILE.toml",
         ],
         data={**template.document, "check": check.to_dict("records")},
     )

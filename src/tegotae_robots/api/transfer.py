@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae.api.controller import Changes
-from tegotae.api.parameters import Values, with_own_values
-from tegotae.api.results import JsonFile, check_ending
+from tegotae.api.parameters import check_types
+from tegotae.api.results import JsonFile
 from tegotae.api.wiring import DEFAULT_ENVIRONMENT, EnvironmentOptions, environment_of
 from tegotae.parts.units import Units
 from tegotae.systems.controller_file import SavedController, save
@@ -29,20 +28,13 @@ def _conversions(saved: SavedController, omega: float | None, units: Units) -> p
     return pd.DataFrame(rows, columns=["number", "its own", "there", "unit"])
 
 
-def _out(law: Any = "", **_: Any) -> Values:
-    """Return the output file, named as the controller."""
-    name = str(law).rpartition(":")[2].replace("@", "-")
-    return {"out": Path(f"{stem_of(name)}-there.json")}
-
-
-@with_own_values(_out)
+@check_types
 def transfer(
     law: str,
     *,
     env: str = "",
     duration_s: float = 8.0,
     environment: EnvironmentOptions | Changes = DEFAULT_ENVIRONMENT,
-    out: Path | str | None = None,
 ) -> JsonFile:
     """Put a controller from elsewhere on the limbs of an environment, without training.
 
@@ -57,7 +49,6 @@ def transfer(
         env: environment, unless the name says the robot: a Gymnasium id, with a wiring.
         duration_s: duration of an episode [s].
         environment: wiring of the limbs, and settings of the environment.
-        out: name of the controller's file (.json) for the text; `save` writes it.
 
     Raises:
         TegotaeError: for a name, a wiring or values that cannot be.
@@ -71,8 +62,7 @@ def transfer(
         law, env = on_robot
     if not env:
         raise TegotaeError("no robot is given; name its file, LAW@FILE.toml, or an --env")
-    options, out = environment_of(environment), Path(_out(law)["out"] if out is None else out)
-    check_ending(out, JsonFile.ENDINGS)
+    options = environment_of(environment)
     require_all(extras_of(env))
     saved = resolve(law).controller()
     spec, wiring = options.wired(env)
@@ -86,6 +76,6 @@ def transfer(
         title=f"{saved.name or law}, {put.controller.n_weights} weights, on {spec.env}",
         rows=table,
         views=[] if table.empty else [table.set_index("number")],
-        notes=["Next:", f"tegotae simulate {out}", f"tegotae evaluate {out}"],
+        notes=["Next:", "tegotae simulate FILE.json", "tegotae evaluate FILE.json"],
         data={"name": name, "omega_rad_per_s": put.omega},
     )
