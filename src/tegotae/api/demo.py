@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from tegotae._support.errors import require
@@ -22,15 +21,8 @@ _NEXT = (
 )
 
 
-@dataclass(frozen=True, repr=False, kw_only=True)
-class Demonstration(Files):
-    """Picture and film of each controller."""
-
-    REPLACES = True
-
-
 @check_types
-def demo(*, robot: Path | None = None) -> Demonstration:
+def demo(*, robot: Path | None = None) -> Files:
     """Let a learned hopper hop over a drop, with a picture and a film.
 
     Args:
@@ -64,7 +56,7 @@ def demo(*, robot: Path | None = None) -> Demonstration:
             paths.append(folder / "walk.gif")
         return paths
 
-    return Demonstration(
+    return Files(
         title=hop.title,
         views=hop.texts(),
         notes=("Next:", *_NEXT),

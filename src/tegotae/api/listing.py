@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import fnmatch
-from collections.abc import Iterable, Iterator
-from typing import Any
+from collections.abc import Iterator
 
 import pandas as pd
 
 from tegotae._support.documents import JsonObject
 from tegotae._support.errors import TegotaeError, unknown
 from tegotae.api.parameters import check_types
-from tegotae.api.results import UNDEFINED, Table, short
+from tegotae.api.results import Table, short
 from tegotae.measures.gaits.metrics import WALKING
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.robots import ROBOTS
@@ -192,16 +191,7 @@ def _runs(zoo: Zoo, name: ZooName) -> Iterator[JsonObject]:
 
 def _listed(rows: list[JsonObject], headings: dict[str, str], remark: str) -> Table:
     """Return the listing; on the screen it has the columns with a heading."""
-    table = pd.DataFrame(rows)[[*headings]].map(_cell)
+    table = pd.DataFrame(rows)[[*headings]].map(short)
     table.columns = [*headings.values()]
     table = table.set_index(table.columns[0])
     return Table(rows=rows, views=[table], notes=[remark], data=rows)
-
-
-def _cell(value: Any) -> str:
-    """Return a cell as shown on the screen, such as a list of learned terms."""
-    if value is None:
-        return UNDEFINED
-    if isinstance(value, Iterable) and not isinstance(value, str):
-        return ", ".join(value) or "-"
-    return short(value)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 from base64 import b64encode
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
@@ -315,7 +315,14 @@ def check_new_file(path: Path | str, endings: Sequence[str], *, replaces: bool =
 
 
 def short(value: Any) -> str:
-    """Return a cell of a table for people."""
-    if isinstance(value, float):
-        return UNDEFINED if math.isnan(value) else f"{value:.4g}"
+    """Return a cell of a table for people: a number, a text, or several of them.
+
+    Example:
+        >>> short(0.123456), short((1.0, math.nan)), short([]), short(None)
+        ('0.1235', '1, –', '-', '–')
+    """
+    if value is None or isinstance(value, float):
+        return UNDEFINED if value is None or math.isnan(value) else f"{value:.4g}"
+    if isinstance(value, Iterable) and not isinstance(value, str):
+        return ", ".join(map(short, value)) or "-"
     return str(value)

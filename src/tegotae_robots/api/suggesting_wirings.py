@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae.api.parameters import check_types
-from tegotae.api.results import TomlFile
+from tegotae.api.results import TomlFile, short
 from tegotae.systems.env_documents import extras_of, is_mujoco_model
 
 if TYPE_CHECKING:  # which needs Gymnasium
@@ -31,14 +31,8 @@ def _entries(suggestion: Suggestion) -> pd.DataFrame:
             value = wiring.scales[entry]
         else:
             value = getattr(getattr(wiring, owner) if owner else wiring, entry)
-        rows.append((name, _cell_text(value), reason))
+        rows.append((name, short(value), reason))
     return pd.DataFrame(rows, columns=["entry", "value", "reason"])
-
-
-def _cell_text(value: Any) -> str:
-    if isinstance(value, str):
-        return value
-    return f"{value:.4g}" if isinstance(value, float) else ", ".join(map(_cell_text, value))
 
 
 @check_types

@@ -13,7 +13,7 @@ import pandas as pd
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae._support.files import write_atomically
 from tegotae.api.parameters import check_types
-from tegotae.api.results import UNDEFINED, TomlFile
+from tegotae.api.results import UNDEFINED, TomlFile, short
 from tegotae.systems.env_documents import extras_of, is_mujoco_model, is_robot_file, stem_of
 
 if TYPE_CHECKING:  # which needs MuJoCo
@@ -60,11 +60,6 @@ def _check(template: Template) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["step response", "template", "robot", "error"])
 
 
-def _cell_text(value: float | np.ndarray | tuple[float, ...]) -> str:
-    numbers = [UNDEFINED if math.isnan(x) else f"{x:.4g}" for x in np.ravel(value)]
-    return ", ".join(numbers)
-
-
 @check_types
 def fit_template(
     env: str,
@@ -100,12 +95,10 @@ def fit_template(
     model = environment_named(env, settings, feet=feet).model_settings
     template = fitted(replace(model, legs=False), stem_of(env))
     numbers, check = _numbers(template), _check(template)
-    columns = numbers.assign(
-        template=numbers.template.map(_cell_text), robot=numbers.robot.map(_cell_text)
-    )
+    columns = numbers.assign(template=numbers.template.map(short), robot=numbers.robot.map(short))
     checked = check.assign(
-        template=check.template.map(_cell_text),
-        robot=check.robot.map(_cell_text),
+        template=check.template.map(short),
+        robot=check.robot.map(short),
         error=[UNDEFINED if math.isnan(x) else f"{x:+.0%}" for x in check.error],
     )
 
