@@ -12,7 +12,7 @@ from tegotae._support.errors import TegotaeError, require_count
 from tegotae.api.controller import LoadedController, MetricOptions, Subject
 from tegotae.api.evaluations import EvaluationTable
 from tegotae.api.parameters import HIDDEN, Values, changes, check_types, filled
-from tegotae.api.results import Recording, Table
+from tegotae.api.results import Animation, MatplotlibFigure, Recording, Table
 from tegotae.envs.env_spec import EnvSpec, settings_of
 from tegotae.measures.robots import ROBOTS
 from tegotae.parts.bodies import Body
@@ -21,10 +21,7 @@ from tegotae.training.environments.objectives import Hopping
 from tegotae.training.environments.replay import Replay, lasting, replay
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from tegotae.analysis.generalisation.disturbances import Tested
-    from tegotae.figures.animation import Animation
 
 
 _ON_ENGINE = (
@@ -201,7 +198,7 @@ class EnvironmentController(LoadedController):
         return EnvironmentUnderTest.from_runs(self.runs, starts)
 
 
-def _figures(played: Replay, title: str) -> dict[str, Figure]:
+def _figures(played: Replay, title: str) -> dict[str, MatplotlibFigure]:
     """Draw the gait like a recording's if its hops can be measured, and loads and phases."""
     from tegotae.figures.recording import recording_figure
     from tegotae.figures.rollout import episode_figure

@@ -6,20 +6,17 @@ import dataclasses
 from collections import Counter
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError
-from tegotae.api.results import Table, short
+from tegotae.api.results import MatplotlibFigure, Table, short
 from tegotae.measures import statistics
 from tegotae.measures.metric import TABLE, Metric
 from tegotae.measures.statistics import Interval
-
-if TYPE_CHECKING:
-    from matplotlib import figure as matplotlib_figure
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -111,7 +108,7 @@ class EvaluationTable(Table):
             document["differences"] = rows.to_dict("records")
         return as_json(document)
 
-    def figures(self) -> Mapping[str, matplotlib_figure.Figure]:
+    def figures(self) -> Mapping[str, MatplotlibFigure]:
         from tegotae.figures.intervals import intervals_figure
 
         frame, visible = self.summary(), self._numeric(self._visible())

@@ -26,7 +26,7 @@ from tegotae.analysis.explanation import (
 from tegotae.analysis.surface import actuation_surface
 from tegotae.api.controller import LoadedController
 from tegotae.api.hopping import HopperController
-from tegotae.api.results import Table
+from tegotae.api.results import MatplotlibFigure, Table
 from tegotae.api.walking import WalkerController
 from tegotae.parts.bodies import Hopper, Walker
 from tegotae.parts.fields import unwrapped
@@ -37,8 +37,6 @@ from tegotae.systems.legged import random_phases
 from tegotae.systems.resolve import resolve
 
 if TYPE_CHECKING:
-    from matplotlib import figure
-
     from tegotae.analysis.surface import Surface
 
 
@@ -172,7 +170,7 @@ class Explanation(Table):
             }
         )
 
-    def figures(self) -> Mapping[str, figure.Figure]:
+    def figures(self) -> Mapping[str, MatplotlibFigure]:
         from tegotae.figures.explanation import explanation_figure, forms_figure
 
         page = self.raw

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import pandas as pd
 
@@ -20,15 +20,12 @@ from tegotae.analysis.gaits.sweep import sweep as swept
 from tegotae.api.controller import Subject
 from tegotae.api.controllers import load
 from tegotae.api.parameters import check_types, filled, with_own_values
-from tegotae.api.results import Figure, short
+from tegotae.api.results import Figure, MatplotlibFigure, short
 from tegotae.api.walking import WalkerController, WalkerOptions
 from tegotae.parts.fields import numbers_of
 from tegotae.systems.legged import Legged
 from tegotae.systems.parts_by_name import assignments
 from tegotae.systems.tuned import front_family
-
-if TYPE_CHECKING:
-    from matplotlib import figure as matplotlib_figure
 
 __all__ = ["basin", "front", "map", "perturb", "stability", "sweep"]
 Walking = Subject | WalkerController
@@ -74,7 +71,7 @@ class _Study:
         self,
         raw: Any,
         frame: pd.DataFrame,
-        draw: Callable[[Any, str], matplotlib_figure.Figure],
+        draw: Callable[[Any, str], MatplotlibFigure],
         **fields: Any,
     ) -> Figure:
         """Return the result.

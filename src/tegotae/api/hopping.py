@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, TypedDict, Unpack
+from typing import Annotated, Any, TypedDict, Unpack
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from tegotae.analysis.simulation import Result, simulate
 from tegotae.api.controller import Changes, LoadedController, MetricOptions, Subject, Work
 from tegotae.api.evaluations import EvaluationTable
 from tegotae.api.parameters import Values, check_types, filled
-from tegotae.api.results import Recording, Table
+from tegotae.api.results import Animation, MatplotlibFigure, Recording, Table
 from tegotae.measures.evaluation import Protocol, evaluate, require_evaluable
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.hopping.signals import work_total
@@ -26,11 +26,6 @@ from tegotae.simulation.rollout import Timing
 from tegotae.simulation.timing import MOST_TICKS
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.system import Release
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from tegotae.figures.animation import Animation
 
 SERIES = (
     *("time_s", "height_m", "velocity_m_per_s", "phase_rad", "spring_force_n"),
@@ -256,7 +251,7 @@ class HopperController(LoadedController):
         )
 
 
-def _figures(result: Result) -> dict[str, Figure]:
+def _figures(result: Result) -> dict[str, MatplotlibFigure]:
     from tegotae.figures.rollout import rollout_figure
 
     return {"rollout": rollout_figure(result)}

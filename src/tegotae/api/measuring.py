@@ -7,14 +7,14 @@ import reprlib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.api.controller import Changes, Work
 from tegotae.api.parameters import check_types, filled
-from tegotae.api.results import UNDEFINED, Table
+from tegotae.api.results import UNDEFINED, MatplotlibFigure, Table
 from tegotae.measures.hopping.gait import Measured, measure as measured_of
 from tegotae.measures.hopping.hopping import LimitCycle
 from tegotae.measures.hopping.metrics import HOPPING, REGIMES
@@ -23,9 +23,6 @@ from tegotae.measures.recordings import read_recording
 from tegotae.parts.bodies import Body, Hopper
 from tegotae.systems.parts_by_name import body_called
 from tegotae.systems.vanilla import preset as preset_named
-
-if TYPE_CHECKING:
-    from matplotlib import figure
 
 
 def check_recording(file: object) -> None:
@@ -127,7 +124,7 @@ def _result(measured: Measured, rest_length_m: float, weight_n: float | None) ->
 
         return recording_tables(measured)
 
-    def draw() -> dict[str, figure.Figure]:
+    def draw() -> dict[str, MatplotlibFigure]:
         from tegotae.figures.recording import recording_figure
 
         picture = recording_figure(measured, rest_length_m=rest_length_m, note=regime)

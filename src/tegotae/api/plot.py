@@ -29,7 +29,7 @@ from tegotae.api.controller import Changes, Subject
 from tegotae.api.controllers import load
 from tegotae.api.hopping import HopperController, HopperOptions
 from tegotae.api.parameters import HIDDEN, Values, check_types, filled, with_own_values
-from tegotae.api.results import Figure
+from tegotae.api.results import Figure, MatplotlibFigure
 from tegotae.parts.bodies import Body
 from tegotae.simulation.recorder import Trajectory
 from tegotae.simulation.rollout import Timing
@@ -38,8 +38,6 @@ from tegotae.systems.system import Release
 from tegotae.systems.vanilla import PRESETS
 
 if TYPE_CHECKING:
-    from matplotlib import figure as matplotlib_figure
-
     from tegotae.envs.policies import Meaning, Policy
 
 __all__ = [
@@ -61,7 +59,7 @@ def __dir__() -> list[str]:
 
 def _figure(
     raw: Any,
-    draw: Callable[[], matplotlib_figure.Figure],
+    draw: Callable[[], MatplotlibFigure],
     tables: Mapping[str, Any],
     options: Any,
     **fields: Any,

@@ -24,10 +24,12 @@ from tegotae._support.files import check_folder, output_file, write_atomically
 from tegotae.measures.statistics import UNDEFINED
 
 if TYPE_CHECKING:
-    from matplotlib import figure as matplotlib_figure
+    from matplotlib.figure import Figure as MatplotlibFigure
 
     from tegotae.figures.animation import Animation
     from tegotae.figures.style import Table as Columns
+else:  # matplotlib is slow to import
+    MatplotlibFigure = Animation = Any
 
 DIGITS = 9
 """Significant digits in a file: more than single precision has."""
@@ -75,7 +77,7 @@ class ResultBase:
     """Tables for people; their index names the rows."""
     data: Any = None
     """Content of the document."""
-    draw: Callable[[], Mapping[str, matplotlib_figure.Figure]] | None = None
+    draw: Callable[[], Mapping[str, MatplotlibFigure]] | None = None
     """Function that draws the figures, by name."""
     figure_tables: Mapping[str, Columns] | Callable[[], Mapping[str, Columns]] = field(
         default_factory=dict
@@ -96,11 +98,11 @@ class ResultBase:
         """Return all as JSON values: null for an undefined number."""
         return as_json(self.data)
 
-    def figures(self) -> Mapping[str, matplotlib_figure.Figure]:
+    def figures(self) -> Mapping[str, MatplotlibFigure]:
         """Draw the figures, by name, the most telling one first."""
         return {} if self.draw is None else self.draw()
 
-    def plot(self, path: Path | str | None = None) -> matplotlib_figure.Figure:
+    def plot(self, path: Path | str | None = None) -> MatplotlibFigure:
         """Draw the figure, and write it to a file (.png, .pdf, .svg) if there is a path.
 
         Args:
@@ -112,7 +114,7 @@ class ResultBase:
         """
         return self._plotted(path)[0]
 
-    def _plotted(self, path: Path | str | None) -> tuple[matplotlib_figure.Figure, list[Path]]:
+    def _plotted(self, path: Path | str | None) -> tuple[MatplotlibFigure, list[Path]]:
         from tegotae.figures.style import save_figure, write_tables
 
         figures = self.figures()

@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pandas as pd
 
@@ -19,10 +19,7 @@ from tegotae.analysis.generalisation import run
 from tegotae.analysis.generalisation.disturbances import Disturbance, disturbances_named
 from tegotae.api.controller import LoadedController
 from tegotae.api.parameters import check_types
-from tegotae.api.results import Table, short
-
-if TYPE_CHECKING:
-    from matplotlib import figure
+from tegotae.api.results import MatplotlibFigure, Table, short
 
 
 @check_types
@@ -79,7 +76,7 @@ class Robustness(Table):
         left_out = {tested.name: outcome.left_out for tested, outcome in self.outcomes}
         return as_json({"margins": self.table.to_dict("records"), "left_out": left_out})
 
-    def figures(self) -> Mapping[str, figure.Figure]:
+    def figures(self) -> Mapping[str, MatplotlibFigure]:
         from tegotae.figures.generalisation import curves_figure
 
         return {"curves": curves_figure(self.outcomes, self.disturbances)}

@@ -13,7 +13,7 @@ import pandas as pd
 
 from tegotae._support.documents import JsonObject, as_json
 from tegotae.api.controllers import load
-from tegotae.api.results import Files, ResultBase
+from tegotae.api.results import Files, MatplotlibFigure, ResultBase
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.measures.statistics import interval
 from tegotae.systems.controller_file import load as load_file
@@ -24,8 +24,6 @@ from tegotae.training.evolution import CAP, PLATEAU, RUNNING, SEARCH
 from tegotae.training.run import COLUMNS, curves_of
 
 if TYPE_CHECKING:
-    from matplotlib import figure
-
     from tegotae.api.environment import EnvironmentController
     from tegotae.api.hopping import HopperController
     from tegotae.api.walking import WalkerController
@@ -104,7 +102,7 @@ class TrainedControllers(Files):
         ]
         return as_json({"name": self.name, "folder": str(self.folder), "runs": runs})
 
-    def figures(self) -> Mapping[str, figure.Figure]:
+    def figures(self) -> Mapping[str, MatplotlibFigure]:
         from tegotae.figures.learning_curves import algorithms_figure
 
         if self.table.empty:

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, TypedDict, Unpack
+from typing import Annotated, Any, TypedDict, Unpack
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from tegotae.analysis.gaits.releases import GaitRun, release_all, simulate_gaits
 from tegotae.api.controller import Changes, LoadedController, MetricOptions, Subject
 from tegotae.api.evaluations import EvaluationTable
 from tegotae.api.parameters import Values, check_types, filled
-from tegotae.api.results import Recording, Table
+from tegotae.api.results import Animation, MatplotlibFigure, Recording, Table
 from tegotae.measures.gaits.metrics import GAIT, WALKING
 from tegotae.measures.gaits.names import TOLERANCE
 from tegotae.measures.metric import Metric
@@ -23,11 +23,6 @@ from tegotae.parts.bodies import Body, Sensors
 from tegotae.parts.fields import replace, unwrapped
 from tegotae.systems.legged import Legged, felt
 from tegotae.systems.parts_by_name import terrain_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from tegotae.figures.animation import Animation
 
 _GAIT = Metric(name=GAIT, label=GAIT, about="name of the gait", more_is_better=None)
 
@@ -231,7 +226,7 @@ class WalkerController(LoadedController):
         )
 
 
-def _figures(run: GaitRun, title: str) -> dict[str, Figure]:
+def _figures(run: GaitRun, title: str) -> dict[str, MatplotlibFigure]:
     from tegotae.figures.gaits.lags import footfall_figure, lags_figure
     from tegotae.figures.style import literal_text
 

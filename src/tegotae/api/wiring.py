@@ -14,14 +14,12 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae.api.controller import Changes
 from tegotae.api.parameters import Values, with_options, with_own_values
-from tegotae.api.results import Table
+from tegotae.api.results import MatplotlibFigure, Table
 from tegotae.systems.env_documents import extras_of, stem_of
 from tegotae.systems.recipe import recipe
 from tegotae.systems.registry import is_reference
 
 if TYPE_CHECKING:  # which needs Gymnasium
-    from matplotlib import figure
-
     from tegotae.envs.env_spec import EnvSpec
     from tegotae.envs.wiring import Wiring
     from tegotae.training.environments.experiment import EnvExperiment
@@ -197,7 +195,7 @@ def wiring_baseline(
     sweep = sweep_vanilla(experiment, omega, options.workers)
     table, (row, column) = sweep.table(), sweep.best
 
-    def draw() -> dict[str, figure.Figure]:
+    def draw() -> dict[str, MatplotlibFigure]:
         from tegotae.figures.maps import vanilla_sweep_figure
         from tegotae.figures.style import literal_text
 

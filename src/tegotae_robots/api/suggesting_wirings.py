@@ -9,12 +9,10 @@ import pandas as pd
 
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae.api.parameters import check_types
-from tegotae.api.results import TomlFile, short
+from tegotae.api.results import MatplotlibFigure, TomlFile, short
 from tegotae.systems.env_documents import extras_of, is_mujoco_model
 
 if TYPE_CHECKING:  # which needs Gymnasium
-    from matplotlib import figure
-
     from tegotae_robots.models.suggesting import Suggestion
 
 
@@ -86,7 +84,7 @@ def suggest_wiring(
         commands = [f"wiring baseline FILE.toml{paid}", f"train ART@FILE.toml{paid}"]
     table = _entries(suggestion)
 
-    def draw() -> dict[str, figure.Figure]:
+    def draw() -> dict[str, MatplotlibFigure]:
         from tegotae_robots.models.workspace import workspace_figure
 
         return {} if suggestion.legs is None else {"workspace": workspace_figure(suggestion)}
