@@ -18,7 +18,7 @@ from tegotae._support.documents import DamagedDocumentError, Document
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import output_folder, write_atomically
 from tegotae._support.workplace import STUDY, alone, locked
-from tegotae.study import DamagedRecordError, Study
+from tegotae.study import Study
 from tegotae.systems.controller_file import SUFFIX
 
 
@@ -172,7 +172,7 @@ class Folder:
         for path in sorted(self.records.glob(f"*{SUFFIX}")):
             try:
                 record = _read_named(path)
-            except DamagedRecordError as error:
+            except DamagedDocumentError as error:
                 problems.append(f"{error}; run the study again to replace it")
                 continue
             if self.is_of(document, record.configuration):
@@ -204,5 +204,5 @@ def _read_named(path: Path) -> Record:
     except (KeyError, TypeError):
         key = ""
     if path.name != f"{key}{SUFFIX}":
-        raise DamagedRecordError(f"{path.name} is damaged: it holds another configuration")
+        raise DamagedDocumentError(f"{path.name} is damaged: it holds another configuration")
     return record

@@ -10,8 +10,8 @@ import msgspec
 import numpy as np
 
 from tegotae._support import documents
-from tegotae._support.documents import Document
-from tegotae.study import CellResult, DamagedRecordError
+from tegotae._support.documents import DamagedDocumentError, Document
+from tegotae.study import CellResult
 from tegotae.systems.experiment import Experiment
 
 _PLAIN = ("weights", "deviation", "best_fitness", "generations", "ended", "omega")
@@ -106,7 +106,7 @@ def read_record(path: Path) -> Record:
     """Read a record.
 
     Raises:
-        DamagedRecordError: if it is no record, is cut short, or its checksum is wrong.
+        DamagedDocumentError: if it is no record, is cut short, or its checksum is wrong.
         TegotaeError: if it cannot be opened, such as without permission.
     """
     result = CellResult.read(path)
@@ -114,7 +114,7 @@ def read_record(path: Path) -> Record:
         return record_of(result)
     except Exception as error:  # whatever a file may hold
         reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise DamagedRecordError(f"{path.name} is damaged: {reason}") from None
+        raise DamagedDocumentError(f"{path.name} is damaged: {reason}") from None
 
 
 def record_of(result: CellResult) -> Record:

@@ -21,7 +21,7 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from tegotae._support import documents
-from tegotae._support.documents import Document
+from tegotae._support.documents import DamagedDocumentError, Document
 from tegotae._support.engines import available_cores, require_engine, selected
 from tegotae._support.errors import TegotaeError
 from tegotae._support.files import checksum, output_folder, read_arrays, with_checksum, write_arrays
@@ -34,14 +34,6 @@ Arrays = dict[str, np.ndarray]
 MOST_BYTES = 2**28
 """Largest size of an unpacked result [bytes]."""
 _MOST_DEATHS = 5
-
-
-class DamagedRecordError(TegotaeError):
-    """Error for a file that cannot be read, or lacks the content that its name promises."""
-
-
-class WorkersDiedError(Exception):
-    """Error for workers that ended before their work did; it can be given to others."""
 
 
 class Cell(Protocol):
@@ -98,7 +90,7 @@ class CellResult:
         """Return the result in a file.
 
         Raises:
-            DamagedRecordError: if it is no result, is cut short, or its checksum is wrong.
+            DamagedDocumentError: if it is no result, is cut short, or its checksum is wrong.
             TegotaeError: if it cannot be opened, such as without permission.
         """
         try:
@@ -117,7 +109,7 @@ class CellResult:
             return cls(header["configuration"], header["software"], arrays)
         except Exception as error:  # a flipped bit in a zip archive may raise nearly anything
             reason = (str(error).splitlines() or [type(error).__name__])[0]
-            raise DamagedRecordError(f"{path.name} is damaged: {reason}") from None
+            raise DamagedDocumentError(f"{path.name} is damaged: {reason}") from None
 
 
 Pool = Callable[[Sequence[Sequence[Any]]], Generator[tuple[Any, CellResult], None, None]]
@@ -217,8 +209,10 @@ class Study:
         try:
             result = CellResult.read(path)
             if result.document != json.loads(json.dumps(cell.document)):
-                raise DamagedRecordError(f"{path.name} is damaged: it holds another configuration")
-        except DamagedRecordError as error:
+                raise DamagedDocumentError(
+                    f"{path.name} is damaged: it holds another configuration"
+                )
+        except DamagedDocumentError as error:
             aside = output_folder(self.folder.parent / "damaged")
             os.replace(path, aside / path.name)
             print(f"{error}; it is set aside in {aside} and done again")
@@ -244,7 +238,7 @@ def measured_in_turn(
     with TemporaryDirectory() as temporary:
         place = Path(temporary if folder is None else folder) / "records"
         study = Study(place, cells, title, "parts", suffix, "choose another folder")
-        study.run(lambda work: ((cell, _measured(cell)) for bundle in work for cell in bundle))
+        study.run(run_locally)
         return study.results()
 
 
@@ -296,17 +290,13 @@ def on_cores(
     """Measure bundles in worker processes of one core each, which compile while others compute.
 
     Raises:
-        WorkersDiedError: if one of them dies; the others are ended.
+        WorkersDied: if one of them dies; the others are ended.
     """
     size = min(workers or available_cores(), len(work))
     with Workers(size, max(1, available_cores() // size)) as pool:
         pending = {pool.give(measure_all, bundle): bundle for bundle in work}
         for future in as_completed(pending):
-            try:
-                results = future.result()
-            except WorkersDied:
-                raise WorkersDiedError from None
-            yield from zip(pending[future], results, strict=True)
+            yield from zip(pending[future], future.result(), strict=True)
 
 
 def _persistently(
@@ -323,7 +313,7 @@ def _persistently(
                 for cell, result in measured:
                     yield cell, result
                     deaths = 0
-        except WorkersDiedError:
+        except WorkersDied:
             deaths += 1
             if deaths == _MOST_DEATHS:
                 raise TegotaeError(

@@ -13,13 +13,13 @@ from research.reproduction.export import read_study_csv, write_study_csv
 from research.reproduction.folder import Folder
 from research.reproduction.plan import plan
 from research.reproduction.record import (
-    DamagedRecordError,
     Record,
     read_record,
 )
 from research.reproduction.table import tabulate
 from research.reproduction.unit import work
 from tegotae import Timing, study
+from tegotae._support.documents import DamagedDocumentError
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.parts.fields import replace
@@ -126,7 +126,7 @@ def test_a_damaged_record_is_found(tmp_path: Path, damage: str) -> None:
     else:
         content = bytearray()
     path.write_bytes(bytes(content))
-    with pytest.raises(DamagedRecordError, match=r"a\.npz is damaged"):
+    with pytest.raises(DamagedDocumentError, match=r"a\.npz is damaged"):
         read_record(path)
 
 

@@ -14,8 +14,9 @@ from research.reproduction import runner
 from research.reproduction.folder import Folder
 from research.reproduction.plan import plan
 from research.reproduction.record import read_record
+from tegotae._support.documents import DamagedDocumentError
 from tegotae._support.errors import TegotaeError
-from tegotae.study import DamagedRecordError, WorkersDiedError
+from tegotae._support.workers import WorkersDied
 
 
 @pytest.mark.thorough
@@ -125,7 +126,7 @@ def test_a_flipped_bit_anywhere_is_found_or_changes_nothing(smoke_study, tmp_pat
         (tmp_path / "flipped").write_bytes(flipped)
         try:
             np.testing.assert_equal(dataclasses.asdict(read_record(tmp_path / "flipped")), complete)
-        except DamagedRecordError:
+        except DamagedDocumentError:
             result += 1
     # The rest are dates and the like in the archive, which carry nothing.
     assert result > len(places) // 2
@@ -144,7 +145,7 @@ def test_workers_that_always_die_end_the_study_and_keep_what_is_done(smoke_study
 
     def dying(bundles):
         requested.append(len(bundles))
-        raise WorkersDiedError
+        raise WorkersDied
         yield
 
     folder = study_runs.copy(smoke_study, tmp_path / "study", "V")
@@ -164,7 +165,7 @@ def test_workers_may_die_often_as_long_as_the_study_gets_on(smoke_study, tmp_pat
         for _ in range(3):
             for unit in bundles[0]:
                 yield unit, records[unit.name].result
-            raise WorkersDiedError
+            raise WorkersDied
 
     assert runner.run_study(plan("smoke"), tmp_path / "study", dying_after_one) == 3
     study_runs.assert_same(tmp_path / "study", smoke_study)

@@ -19,7 +19,7 @@ from research.reproduction.folder import Folder
 from research.reproduction.plan import plan
 from research.reproduction.readings.folder import MultiverseFolder
 from research.reproduction.readings.plan import multiverse
-from research.reproduction.record import DamagedRecordError, read_record
+from research.reproduction.record import read_record
 from tegotae import TegotaeError
 from tegotae._support import documents
 from tegotae._support.documents import (
@@ -291,7 +291,7 @@ def configuration(**changes: Any) -> dict[str, Any]:
     ],
 )
 def test_a_record_with_a_right_checksum_is_held_against_its_schema(tmp_path, changes, message):
-    with pytest.raises(DamagedRecordError) as raised:
+    with pytest.raises(DamagedDocumentError) as raised:
         read_record(damaged_record(tmp_path, **changes))
     assert message in str(raised.value)
 
@@ -301,7 +301,7 @@ def test_a_record_that_would_unpack_to_gigabytes_is_not_unpacked(tmp_path, monke
     assert path.stat().st_size < 200_000
     monkeypatch.setattr("tegotae.study.MOST_BYTES", 2**24)
     monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("it was unpacked"))
-    with pytest.raises(DamagedRecordError, match=r"it unpacks to 61\.1 MiB, more"):
+    with pytest.raises(DamagedDocumentError, match=r"it unpacks to 61\.1 MiB, more"):
         read_record(path)
 
 
@@ -317,7 +317,7 @@ def test_a_record_without_permission_is_not_called_damaged(tmp_path):
     path.chmod(0)
     with pytest.raises(TegotaeError, match=r"^cannot read .*: Permission denied$") as raised:
         read_record(path)
-    assert not isinstance(raised.value, DamagedRecordError)
+    assert not isinstance(raised.value, DamagedDocumentError)
 
 
 @pytest.mark.parametrize("text", ["<!--<script>", "</script>", "<!--", "]]>", "\u2028", "&lt;"])

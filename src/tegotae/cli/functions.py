@@ -227,19 +227,14 @@ def _nested(paths: Mapping[str, Any]) -> dict[str, Any]:
     """Return values by parameter; a nested one has its changes by field, and its name if there
     is one.
     """
-    values: dict[str, Any] = {}
+    values = {path: value for path, value in paths.items() if "." not in path}
+    changes: dict[str, dict[str, Any]] = {}
     for path, value in paths.items():
         name, dot, field = path.partition(".")
         if dot:
-            changes = values.setdefault(name, {})
-            if not isinstance(changes, dict):
-                values[name] = changes = {"name": changes}
-            changes[field] = value
-        elif name in values:
-            values[name]["name"] = value
-        else:
-            values[name] = value
-    return values
+            named = {"name": values[name]} if name in values else {}
+            changes.setdefault(name, named)[field] = value
+    return values | changes
 
 
 def options_by_subject(command: Command) -> dict[str, dict[str, Option]]:

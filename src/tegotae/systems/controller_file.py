@@ -23,7 +23,7 @@ from tegotae.parts._shapes import LaneNumbers
 from tegotae.parts.bodies import Body, Hopper, Interface
 from tegotae.parts.controller import Controller
 from tegotae.parts.weight_names import flat, nested, spelled
-from tegotae.study import CellResult, DamagedRecordError
+from tegotae.study import CellResult
 from tegotae.systems.descriptions import UsersPartError, describe, restore
 from tegotae.systems.env_documents import EnvTask
 from tegotae.systems.experiment import Experiment
@@ -310,7 +310,7 @@ def controllers_of_study(folder: Path) -> tuple[tuple[Path, SavedController], ..
     for path in sorted((folder / _RECORDS).glob(f"*{SUFFIX}")):
         try:
             result = CellResult.read(path)
-        except DamagedRecordError as error:
+        except DamagedDocumentError as error:
             damaged.append(str(error))
             continue
         configuration = result.document
