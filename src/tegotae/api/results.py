@@ -57,8 +57,8 @@ class Film:
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class ResultBase:
-    """Numbers, the text about them, and their figures."""
+class Table:
+    """Numbers, one row per run, metric or name, the text about them, and their figures."""
 
     ENDINGS: ClassVar[tuple[str, ...]] = ()
     """Endings of the file that `save` writes, if it writes one file only."""
@@ -177,12 +177,7 @@ class ResultBase:
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class Table(ResultBase):
-    """Table with one row per run, metric or name."""
-
-
-@dataclass(frozen=True, repr=False, kw_only=True)
-class Recording(ResultBase):
+class Recording(Table):
     """Recording of one rollout. Its table is the time series; `raw` is the simulator's result."""
 
     name: str
@@ -227,7 +222,7 @@ class Recording(ResultBase):
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class Figure(ResultBase):
+class Figure(Table):
     """Figure, and the numbers that it shows; its table is the main one of `figure_tables`."""
 
     settings: Mapping[str, Any]
@@ -258,7 +253,7 @@ class Figure(ResultBase):
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class Files(ResultBase):
+class Files(Table):
     """Files in memory until they are saved."""
 
     write: Callable[[Path], Sequence[Path] | None]

@@ -13,7 +13,7 @@ import pandas as pd
 
 from tegotae._support.documents import JsonObject, as_json
 from tegotae.api.controllers import load
-from tegotae.api.results import Files, MatplotlibFigure, ResultBase
+from tegotae.api.results import Files, MatplotlibFigure, Table
 from tegotae.measures.objectives.objective import FAILED_FITNESS
 from tegotae.measures.statistics import interval
 from tegotae.systems.controller_file import load as load_file
@@ -115,7 +115,7 @@ class TrainedControllers(Files):
         Args:
             path: a file or a folder, as of other results.
         """
-        return [] if Path(path) == self.folder else ResultBase.save(self, path)
+        return [] if Path(path) == self.folder else Table.save(self, path)
 
 
 def _remarks(controllers: TrainedControllers) -> list[str]:

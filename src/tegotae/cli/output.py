@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from tegotae.api.parameters import Option, hints_of, leaves
-from tegotae.api.results import NUMBERS, Figure, Files, Recording, ResultBase, check_new_file
+from tegotae.api.results import NUMBERS, Figure, Files, Recording, Table, check_new_file
 from tegotae.cli.console import print_rows, print_text
 from tegotae.cli.program import Command
 from tegotae.systems.zoo import is_zoo_name, stem
@@ -34,7 +34,7 @@ class OutputOptions:
     animate: Path | None = None
     """Write an animation (.gif, or .mp4, which needs ffmpeg)."""
 
-    def check(self, result_class: type[ResultBase]) -> None:
+    def check(self, result_class: type[Table]) -> None:
         """Raise `TegotaeError` before long work for a file that cannot be written.
 
         Args:
@@ -67,7 +67,7 @@ class OutputOptions:
             return self
         return dataclasses.replace(self, out=Path(command.out.format(name=file_stem(name))))
 
-    def show(self, result: ResultBase) -> None:
+    def show(self, result: Table) -> None:
         """Print a result, and then write its files: a picture may fail."""
         if self.json:
             print(json.dumps(result.to_dict(), allow_nan=False), flush=True)
@@ -86,7 +86,7 @@ class OutputOptions:
             print("wrote " + ", ".join(map(str, paths)))
 
 
-def _print(result: ResultBase, file: Path | None) -> None:
+def _print(result: Table, file: Path | None) -> None:
     if result.title:
         print(result.title)
     for table in result.texts():
@@ -100,7 +100,7 @@ def _print(result: ResultBase, file: Path | None) -> None:
     sys.stdout.flush()
 
 
-def result_of(function: Callable[..., Any]) -> type[ResultBase]:
+def result_of(function: Callable[..., Any]) -> type[Table]:
     """Return the class of the result of a function."""
     return hints_of(function)["return"]
 
