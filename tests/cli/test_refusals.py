@@ -40,7 +40,7 @@ MISTYPED = {
     "figure --foo": "tegotae figure has no option '--foo'; tegotae figure takes one of",
     "figure basin bar-light --resolution 9 --out b.png": "for others there is tegotae gait basin",
     "figure basin paper --starts 9 --out b.png": "no option of paper is called '--starts'",
-    "completion fish": "--shell is 'fish'; write --shell {bash,zsh}",
+    "completion fish": "SHELL is 'fish'; write SHELL {bash,zsh}",
     "benchmarks --lanes 1e3": "--lanes is '1e3'; write --lanes INT",
     f"models {'x' * 999} {'y' * 999}": "models takes one name; xxx",
     f"simulate {'x' * 999}": "has 999 bytes; the name of a file has 255 at most",

@@ -332,7 +332,6 @@ def test_the_state_that_predicts_is_not_fitted_to_the_hops_that_it_predicts(tabl
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"out": 3}, "out is 3; it must be a path or a text"),
         ({"rate": "200"}, "rate is '200'; it must be a number"),
         ({"resample": True}, "resample is True; it must be a number"),
         ({"columns": "height=z[m]"}, r"columns is 'height=z\[m\]'; it must be a list"),
