@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 from tegotae._support.documents import Document
 from tegotae._support.errors import TegotaeError, require
 from tegotae._support.progress import note
-from tegotae.study import Cell, CellResult, Pool, WorkersDiedError, measure_all
+from tegotae._support.workers import WorkersDied
+from tegotae.study import Cell, CellResult, Pool, measure_all
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -60,7 +61,7 @@ def on_cluster(
                         return
                     outcomes = future.result()
                 except distributed.KilledWorker:
-                    raise WorkersDiedError from None
+                    raise WorkersDied from None
                 except ImportError as error:
                     raise TegotaeError(
                         f"a Dask worker cannot run the study, as it lacks a package: {error}"
