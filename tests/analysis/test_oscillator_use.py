@@ -10,7 +10,7 @@ from tegotae import Experiment, Rollout, Scenario, Timing
 from tegotae.analysis.orbit import find_orbit
 from tegotae.analysis.phase_response import measure_phase_response
 from tegotae.analysis.poincare import poincare_section
-from tegotae.api.experiments import experiment_named
+from tegotae.api.experiments import with_parts
 from tegotae.measures.objectives.fitness import Fitness
 from tegotae.parts.bodies import Bar, Walker
 from tegotae.parts.controller import Controller
@@ -25,7 +25,7 @@ from tegotae.parts.oscillators import (
 from tegotae.parts.terms import EllipticFoot
 from tegotae.systems.controller_file import SavedController, load, save
 from tegotae.systems.recipe import recipe
-from tegotae.systems.resolve import vanilla
+from tegotae.systems.resolve import experiment_of, vanilla
 from tegotae.training.algorithms import PGPE
 from tegotae.training.evolution import Evolution, Stopping
 from tegotae.training.run import Run, train
@@ -74,7 +74,7 @@ def test_commands_take_an_oscillator_by_name():
     controller = vanilla("paper+van-der-pol")
     assert controller.controller.oscillator == VanDerPol()
     np.testing.assert_array_equal(vanilla("paper+learned-hopf").weights[1:], 0.0)
-    experiment = experiment_named("ART", oscillator="learned-matsuoka")
+    experiment = with_parts(experiment_of("ART"), oscillator="learned-matsuoka")
     assert experiment == recipe("ART+learned-matsuoka").experiment()
     refused("no oscillator is called 'hop'", vanilla, "paper+hop")
 

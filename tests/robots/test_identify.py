@@ -11,8 +11,9 @@ import tegotae as tg
 from places import ROOT
 from refusals import refused
 from tegotae import TegotaeError
-from tegotae.api.experiments import experiment_named
+from tegotae.api.experiments import with_parts
 from tegotae.cli import main
+from tegotae.systems.resolve import experiment_of
 from tegotae_robots import identification
 from tegotae_robots.api import identifying
 
@@ -92,7 +93,7 @@ def leg(identified, tmp_path):
 
 @pytest.mark.parametrize("name", ["AR-rF-reflex-w14", "V-reflex-w14"])
 def test_pushes_and_gains_are_those_of_the_bodys_weight(name, leg):
-    ours, second = (experiment_named(name, body=body) for body in (None, leg))
+    ours, second = (with_parts(experiment_of(name), body=body) for body in (None, leg))
     weights = second.body.weight_n / ours.body.weight_n
     assert weights == pytest.approx(17.0, rel=0.01)
     assert second.controller.actuation.newtons_per_feedback == pytest.approx(weights)

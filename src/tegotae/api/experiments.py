@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Annotated, Any, TypedDict
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from tegotae._support.errors import TegotaeError
 from tegotae._support.tables import parse_number
-from tegotae.api.controller import Changes
 from tegotae.api.parameters import HIDDEN, Values, filled
 from tegotae.measures.objectives.objective import Objective
 from tegotae.parts.bodies import Body
@@ -20,58 +19,12 @@ from tegotae.systems.experiment import Experiment
 from tegotae.systems.parts_by_name import body_called, oscillator_called
 from tegotae.systems.recipe import recipe, study_recipes
 from tegotae.systems.registry import is_reference, load_object
-from tegotae.systems.resolve import experiment_of
 from tegotae.systems.term_sets import BUDGET
 
 _HOW = (
     "write NAME=LOW:HIGH, NAME=VALUE/VALUE or, limb by limb, NAME=1,1/0,1, and @FROM:UNTIL behind "
     "it if it holds for a time only"
 )
-
-
-class ExperimentOptions(TypedDict, total=False):
-    """Options that change an experiment."""
-
-    height_m: Annotated[float | None, "height of the release [m], in training and evaluation"]
-    duration_s: Annotated[float | None, "duration of a training episode [s]"]
-    tick_s: Annotated[float | None, "control period in training [s]"]
-    hold: Annotated[
-        bool | None, "hold the controller over each tick of the training, as a robot does"
-    ]
-    cot_only: Annotated[
-        bool,
-        "use CoT⁻¹ alone as the fitness, without ΔΩ, as in the paper's comparison of algorithms. "
-        "Agents always do",
-        False,
-    ]
-    vary: Annotated[
-        Sequence[str],
-        "conditions that vary between episodes of training, such as mass_kg=0.08:0.12 (any value "
-        "between), omega=6/8/10 (one of these) or push_x_n=-5:5@8:8.2 (from 8 s to 8.2 s)",
-        (),
-    ]
-    episodes_per_candidate: Annotated[
-        int | None, "number of episodes per candidate, if conditions vary"
-    ]
-    budget: Annotated[
-        int | None, "maximum number of trained parameters of a model; the paper's by default"
-    ]
-    oscillator: Annotated[
-        str | None,
-        "another oscillator: hopf, adaptive-hopf, van-der-pol, matsuoka, or your own, "
-        "FILE.py:OBJECT or MODULE:OBJECT. With the prefix learned- its parameters are trained, too",
-    ]
-    body: Annotated[
-        str | Body | Changes | None,
-        "another body: your own, FILE.toml of `tegotae identify`, FILE.py:OBJECT or "
-        "MODULE:OBJECT; or changes of the experiment's own",
-    ]
-    fitness: Annotated[
-        str | Objective | Changes | None,
-        "another fitness, FILE.py:OBJECT or MODULE:OBJECT. On an environment: hopping (CoT⁻¹ + "
-        "ΔΩ), return (the sum of its rewards), or a function of an episode, FILE.py:FUNCTION or "
-        "MODULE:FUNCTION. Or changes of the experiment's own",
-    ]
 
 
 def conditions_named(texts: Iterable[str]) -> tuple[Condition, ...]:
@@ -202,21 +155,6 @@ def _for_weight(experiment: Experiment, body: Body) -> Controller:
         experiment.controller.actuation, newtons_per_feedback=scale * other_n / weight_n
     )
     return replace(experiment.controller, {"actuation": pushes})
-
-
-def experiment_named(name: Any, *, budget: int | None = None, **parts: Any) -> Experiment:
-    """Return the experiment of a name.
-
-    Args:
-        name: a recipe, FILE.py:OBJECT, or an object.
-        budget: maximum number of trained parameters of a model; the paper's by default.
-        parts: parts of `with_parts`.
-
-    Raises:
-        TegotaeError: for a name without one, a budget for another experiment than a model of the
-            paper, or parts that do not fit together.
-    """
-    return with_parts(experiment_of(name, budget), budget=budget, **parts)
 
 
 def with_parts(

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import wraps
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 
@@ -15,14 +15,15 @@ from tegotae._support.errors import TegotaeError, require_all, require_count
 from tegotae._support.limits import MOST_SEEDS
 from tegotae.api import experiments
 from tegotae.api.controller import Changes, Work
-from tegotae.api.experiments import ExperimentOptions
 from tegotae.api.parameters import HIDDEN, Values, changes, filled, with_options, with_own_values
 from tegotae.api.trained import TrainedControllers, advice, without_hops
 from tegotae.api.wiring import DEFAULT_ENVIRONMENT, EnvironmentOptions, environment_of
+from tegotae.measures.objectives.objective import Objective
+from tegotae.parts.bodies import Body
 from tegotae.systems.env_documents import extras_of, stem_of
 from tegotae.systems.experiment import Experiment, Trainable
 from tegotae.systems.registry import is_reference, name_of
-from tegotae.systems.resolve import law_on_robot, resolve
+from tegotae.systems.resolve import experiment_of, law_on_robot, resolve
 from tegotae.training.agents import AgentSettings
 from tegotae.training.agents.learner import AgentLearner
 from tegotae.training.algorithms import Algorithm
@@ -127,8 +128,12 @@ def _trainee(
     if env is None:
         for name in changes(options_of_environment, DEFAULT_ENVIRONMENT):
             raise TegotaeError(f"{name} belongs to environments; give env, too")
-        experiment = experiments.experiment_named(
-            model, budget=budget, oscillator=oscillator, body=body, fitness=fitness
+        experiment = experiments.with_parts(
+            experiment_of(model, budget),
+            budget=budget,
+            oscillator=oscillator,
+            body=body,
+            fitness=fitness,
         )
         return Trainee(experiment, settings, options_of_environment)
     fitness = fitness.get("name") if isinstance(fitness, Mapping) else fitness
@@ -230,7 +235,17 @@ def train(
     env: str | None = None,
     environment: EnvironmentOptions | Changes = DEFAULT_ENVIRONMENT,
     tensorboard: bool = False,
-    **options: Unpack[ExperimentOptions],
+    height_m: float | None = None,
+    duration_s: float | None = None,
+    tick_s: float | None = None,
+    hold: bool | None = None,
+    cot_only: bool = False,
+    vary: Sequence[str] = (),
+    episodes_per_candidate: int | None = None,
+    budget: int | None = None,
+    oscillator: str | None = None,
+    body: str | Body | Changes | None = None,
+    fitness: str | Objective | Changes | None = None,
 ) -> TrainedControllers:
     """Train controllers of a model, one per seed; run it again on the same folder to continue.
 
@@ -268,6 +283,24 @@ def train(
             tegotae. A robot's file needs no option: MODEL@FILE.toml.
         environment: wiring of the limbs, and settings of the environment.
         tensorboard: write TensorBoard logs beside the controllers (extra "tensorboard").
+        height_m: height of the release [m], in training and evaluation.
+        duration_s: duration of a training episode [s].
+        tick_s: control period in training [s].
+        hold: hold the controller over each tick of the training, as a robot does.
+        cot_only: use CoT⁻¹ alone as the fitness, without ΔΩ, as in the paper's comparison of
+            algorithms. Agents always do.
+        vary: conditions that vary between episodes of training, such as mass_kg=0.08:0.12 (any
+            value between), omega=6/8/10 (one of these) or push_x_n=-5:5@8:8.2 (from 8 s to 8.2 s).
+        episodes_per_candidate: number of episodes per candidate, if conditions vary.
+        budget: maximum number of trained parameters of a model; the paper's by default.
+        oscillator: another oscillator: hopf, adaptive-hopf, van-der-pol, matsuoka, or your own,
+            FILE.py:OBJECT or MODULE:OBJECT. With the prefix learned- its parameters are trained,
+            too.
+        body: another body: your own, FILE.toml of `tegotae identify`, FILE.py:OBJECT or
+            MODULE:OBJECT; or changes of the experiment's own.
+        fitness: another fitness, FILE.py:OBJECT or MODULE:OBJECT. On an environment: hopping (CoT⁻¹
+            + ΔΩ), return (the sum of its rewards), or a function of an episode, FILE.py:FUNCTION or
+            MODULE:FUNCTION. Or changes of the experiment's own.
 
     Raises:
         TegotaeError: for a name that means nothing here, or values that do not fit together, before
@@ -276,8 +309,7 @@ def train(
     Example:
         >>> train("ART", seeds=4, out="runs/art").plot()  # doctest: +SKIP
     """
-    arguments = {**locals(), **options}
-    del arguments["options"]
+    arguments = dict(locals())
     require_count("seeds", seeds, most=MOST_SEEDS)
     require_count("first_seed", first_seed, least=0, most=2**31 - 1 - seeds)
     trainee = _trainee(**arguments)
