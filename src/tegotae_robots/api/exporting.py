@@ -140,7 +140,7 @@ def export_native(law: Exportable, *, max_force_n: float | None = None) -> Nativ
         raw=native,
         write=lambda path: write_native(native, path),
         title=f"reads {senses}; commands {', '.join(native.commands)}",
-        notes=['use it: tegotae_robots.live.LiveController.load("FILE.native")'],
+        notes=['use it: tegotae_robots.live.LiveController.load("FILE")'],
         data={name: header[name] for name in header if name not in ("code", "start")},
     )
 
