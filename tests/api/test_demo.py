@@ -2,6 +2,8 @@
 
 import shlex
 
+import pytest
+
 from tegotae.api.demo import demo
 from tegotae.cli import main
 
