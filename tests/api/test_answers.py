@@ -156,6 +156,7 @@ def test_a_summary_shows_means_with_their_intervals():
     [
         (Film(b"GIF89a"), '<img src="data:image/gif;base64,R0lGODlh">'),
         (Film(b"GIF89a", Path("hop.gif")), '<img src="data:image/gif;base64,R0lGODlh">'),
+        (Film(b"GIF89a", Path("hop.webp")), '<img src="data:image/webp;base64,R0lGODlh">'),
         (
             Film(b"mp4", Path("hop.mp4")),
             '<video controls src="data:video/mp4;base64,bXA0"></video>',

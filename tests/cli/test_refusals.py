@@ -244,7 +244,7 @@ UNUSABLE = {
     "figure surface paper --omega=-1 --out new/a.png": "omega is -1",
     "figure surface --spring-force-n 1e30 --out s.png": "spring_force_n is 1e+30; it must be at",
     "figure surface --resolution 1000000000 --out s.png": "it must be at most 2000",
-    "simulate bar-light --animate walk.avi": "use .gif or .mp4",
+    "simulate bar-light --animate walk.avi": "use .gif, .webp, .mp4 or .webm",
     "benchmarks --lanes 0": "lanes is 0; it must be a whole number of at least 1",
     "benchmarks --lanes 1000000000000": "1000000000000 lanes would need about 2.86e+06 GiB",
     "reproduction optimum-table --starts 0": "starts is 0; it must be a whole",

@@ -196,7 +196,7 @@ def test_a_heavier_leg_presses_harder():
     ("words", "said"),
     [
         ("simulate --height-m 2", "is called '--height-m"),
-        ("simulate --animate leg.avi", "use .gif or .mp4"),
+        ("simulate --animate leg.avi", "use .gif, .webp, .mp4 or .webm"),
         ("evaluate --drop-m 0.1", "is called '--drop-m"),
         ("evaluate --starts 0", "starts is 0; it must be a whole number of at least 1"),
         ("figure portrait", "runs in another simulator, and this figure is of one leg"),

@@ -139,7 +139,8 @@ def test_a_program_that_a_picture_needs_is_asked_for_before_the_work(
     tmp_path, monkeypatch, one_line_error, no_rollout
 ):
     monkeypatch.setattr(FFMpegWriter, "isAvailable", lambda: False)
-    with pytest.raises(TegotaeError, match=r"writing \.mp4 needs the program ffmpeg; use \.gif"):
+    needs = r"writing \.mp4 needs the program ffmpeg; use \.gif or \.webp"
+    with pytest.raises(TegotaeError, match=needs):
         animation_file(tmp_path / "a.mp4")
     message = one_line_error("simulate", "--animate", str(tmp_path / "a.mp4"))
     assert "needs the program" in message

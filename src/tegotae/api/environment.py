@@ -129,6 +129,7 @@ class EnvironmentController(LoadedController):
             notes=(f"It {reason}.",) if reason else (),
             draw=lambda: _figures(played, f"{self.name}: {title}"),
             film=lambda: _animation(played),
+            window=lambda: _view(played),
         )
 
     @check_types
@@ -216,6 +217,12 @@ def _animation(played: Replay) -> Animation:
     from tegotae.figures.animation import film_animation
 
     return film_animation(played)
+
+
+def _view(played: Replay) -> None:
+    from tegotae.figures.viewer import view
+
+    view(played)
 
 
 def _series(played: Replay) -> dict[str, Any]:

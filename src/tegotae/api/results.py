@@ -42,7 +42,7 @@ class Film:
     """Animation that a notebook shows."""
 
     content: bytes
-    """GIF, or an MP4 where the path says so."""
+    """GIF, or what the path says."""
     path: Path | None = None
     """Written file, if any."""
 
@@ -51,9 +51,10 @@ class Film:
 
     def _repr_html_(self) -> str:
         content = b64encode(self.content).decode()
-        if self.path is not None and self.path.suffix == ".mp4":
-            return f'<video controls src="data:video/mp4;base64,{content}"></video>'
-        return f'<img src="data:image/gif;base64,{content}">'
+        suffix = ".gif" if self.path is None else self.path.suffix.lower()
+        if suffix in (".mp4", ".webm"):
+            return f'<video controls src="data:video/{suffix[1:]};base64,{content}"></video>'
+        return f'<img src="data:image/{suffix[1:]};base64,{content}">'
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -191,6 +192,8 @@ class Recording(Table):
     """Numbers of each limb."""
     film: Callable[[], Animation]
     """Function that makes the animation."""
+    window: Callable[[], None] | None = None
+    """Function that opens a viewer, of a MuJoCo model."""
 
     def texts(self) -> list[pd.DataFrame]:
         values = [(heading, self.numbers.get(x)) for x, heading in self.headings.items()]
@@ -203,11 +206,23 @@ class Recording(Table):
         header = {"name": self.name, "outcome": self.title, "settings": self.settings}
         return as_json({**header, **self.numbers})
 
+    def view(self) -> None:
+        """Show the rollout in MuJoCo's viewer until its window is closed.
+
+        Raises:
+            TegotaeError: for another body than a MuJoCo model, or without a screen.
+        """
+        if self.window is None:
+            raise TegotaeError(
+                f"{self.name} is on no MuJoCo model, which a viewer shows; use --animate hop.gif"
+            )
+        self.window()
+
     def animate(self, path: Path | str | None = None) -> Film:
         """Make an animation, and write it to a file if there is a path.
 
         Args:
-            path: the file (.gif; of one leg also .mp4, which needs ffmpeg).
+            path: the file (.gif; of one leg also .webp, and .mp4 and .webm, which need ffmpeg).
 
         Raises:
             TegotaeError: for another ending, or a file that cannot be written.

@@ -32,7 +32,9 @@ class OutputOptions:
     out: Path | None = None
     """Folder for all figures, the numbers and the document."""
     animate: Path | None = None
-    """Write an animation (.gif, or .mp4, which needs ffmpeg)."""
+    """Write an animation (.gif, .webp; .mp4 and .webm need ffmpeg)."""
+    view: bool = False
+    """Open MuJoCo's viewer, for a robot or another MuJoCo model."""
 
     def check(self, result_class: type[Table]) -> None:
         """Raise `TegotaeError` before long work for a file that cannot be written.
@@ -82,6 +84,8 @@ class OutputOptions:
         if self.animate is not None and isinstance(result, Recording):
             result.animate(self.animate)
             paths.append(self.animate)
+        if self.view and isinstance(result, Recording):
+            result.view()
         if paths and not self.json:
             print("wrote " + ", ".join(map(str, paths)))
 
@@ -114,7 +118,7 @@ def output_options(command: Command) -> dict[str, Option]:
     if not command.pictures:
         del options["plot"]
     if not issubclass(result_class, Recording):
-        del options["animate"]
+        del options["animate"], options["view"]
     contents = ""
     if endings := result_class.ENDINGS:
         contents = f"File of the result ({', '.join(endings)})."

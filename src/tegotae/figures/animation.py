@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.animation import FFMpegWriter
@@ -33,6 +33,8 @@ if TYPE_CHECKING:  # of MuJoCo and Gymnasium, which are extras
     from tegotae.training.environments.replay import Replay
 
 
+_CODECS = {".mp4": "h264", ".webm": "libvpx-vp9"}
+"""Codecs of ffmpeg by the endings that need it."""
 FRAMES_PER_S = 25
 """Pictures per simulated second, shown in real time."""
 _DPI = 90
@@ -92,14 +94,14 @@ def write_animation(make: Callable[[], Animation], path: Path | str) -> Path:
 
     Args:
         make: function that makes it.
-        path: the file (.gif; or .mp4, which needs ffmpeg).
+        path: the file (.gif, .webp; or .mp4, .webm, which need ffmpeg).
 
     Raises:
         TegotaeError: for what cannot be drawn, another ending, a missing or failing ffmpeg, or a
             file that cannot be written.
     """
     path = animation_file(path)
-    write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
+    write = _write_video if path.suffix.lower() in _CODECS else _write_pictures
     try:
         with styled(), tempfile.TemporaryDirectory() as folder:
             moving, temporary = make(), Path(folder) / path.name
@@ -113,8 +115,8 @@ def write_animation(make: Callable[[], Animation], path: Path | str) -> Path:
     return path
 
 
-def _write_gif(moving: Animation, path: Path, report: Callable[[int], None]) -> None:
-    """Write an animation whose pictures have the same 256 colours.
+def _write_pictures(moving: Animation, path: Path, report: Callable[[int], None]) -> None:
+    """Write a .gif, whose pictures have the same 256 colours, or a .webp.
 
     Matplotlib's own writer draws each picture twice and looks for its colours anew.
     """
@@ -122,16 +124,22 @@ def _write_gif(moving: Animation, path: Path, report: Callable[[int], None]) -> 
     for picture in moving.pictures():
         pictures.append(picture)
         report(len(pictures))
-    some = pictures[:: -(-len(pictures) // _PICTURES_FOR_COLOURS)]
-    strip = Image.fromarray(np.concatenate([np.asarray(picture) for picture in some]))
-    colours = strip.quantize(256, method=Image.Quantize.FASTOCTREE)
-    first, *further = (x.quantize(palette=colours, dither=Image.Dither.NONE) for x in pictures)
+    if path.suffix.lower() == ".gif":
+        pictures = _with_256_colours(pictures)
+    first, *further = pictures
     duration = int(1000 / FRAMES_PER_S)
     first.save(path, save_all=True, append_images=further, duration=duration, loop=0)
 
 
-def _write_mp4(moving: Animation, path: Path, report: Callable[[int], None]) -> None:
-    writer = FFMpegWriter(fps=FRAMES_PER_S)
+def _with_256_colours(pictures: Sequence[Image.Image]) -> list[Image.Image]:
+    some = pictures[:: -(-len(pictures) // _PICTURES_FOR_COLOURS)]
+    strip = Image.fromarray(np.concatenate([np.asarray(picture) for picture in some]))
+    colours = strip.quantize(256, method=Image.Quantize.FASTOCTREE)
+    return [x.quantize(palette=colours, dither=Image.Dither.NONE) for x in pictures]
+
+
+def _write_video(moving: Animation, path: Path, report: Callable[[int], None]) -> None:
+    writer = FFMpegWriter(fps=FRAMES_PER_S, codec=_CODECS[path.suffix.lower()])
     with writer.saving(moving.figure, str(path), _DPI):
         for number, frame in enumerate(moving.frames, 1):
             moving.draw(frame)
@@ -147,10 +155,12 @@ def animation_file(path: Path | str) -> Path:
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    if suffix not in (".gif", ".mp4"):
-        raise TegotaeError(f"cannot write an animation as {path.name!r}; use .gif or .mp4")
-    if suffix == ".mp4" and not FFMpegWriter.isAvailable():
-        raise TegotaeError("writing .mp4 needs the program ffmpeg; use .gif")
+    if suffix not in (".gif", ".webp", *_CODECS):
+        raise TegotaeError(
+            f"cannot write an animation as {path.name!r}; use .gif, .webp, .mp4 or .webm"
+        )
+    if suffix in _CODECS and not FFMpegWriter.isAvailable():
+        raise TegotaeError(f"writing {suffix} needs the program ffmpeg; use .gif or .webp")
     return output_file(path)
 
 
@@ -252,35 +262,55 @@ def film(replay: Replay) -> list[np.ndarray]:
     return [pictures[step] for step in steps]
 
 
-def _model_pictures(
-    settings: ModelSettings, replay: Replay, steps: Collection[int]
-) -> dict[int, np.ndarray]:
-    """Return the pictures of some steps of a MuJoCo model."""
+class ModelStates(NamedTuple):
+    """States of a MuJoCo model at some steps of an episode, played again."""
+
+    model: MjModel
+    distance_m: float
+    """Distance from which the whole model is seen [m]."""
+    states: dict[int, np.ndarray]
+    """MuJoCo's physics state by step."""
+
+
+def model_states(settings: ModelSettings, replay: Replay, steps: Collection[int]) -> ModelStates:
+    """Play an episode again on its MuJoCo model, and return the states of some steps.
+
+    Args:
+        settings: of the model.
+        replay: the episode.
+        steps: numbers of the steps.
+    """
     from tegotae.envs.mujoco.sensing import sensing
     from tegotae.envs.scaling import started
     from tegotae.training.environments.rollouts import ModelLanes
 
-    mujoco = require("mujoco", "mujoco")
     lanes, every, sensed = ModelLanes(settings, 1), np.ones(1, bool), sensing(settings)
     states: dict[int, np.ndarray] = {}
     try:
         observation = lanes.reset(replay.seed, every)
         high = max(float(observation[0][sensed.names.index("root_height")]), 1e-2)
-        far = max(
-            _DISTANCE * high, 2.0 * float(np.ptp(started(sensed.model).xpos[1:, :2], 0).max())
-        )
+        wide = float(np.ptp(started(sensed.model).xpos[1:, :2], 0).max())
         for step, action in enumerate(replay.episode.action):
             lanes.step(action[None].astype(float), every)
             if step in steps:
                 states[step] = lanes.batch.states[0]
     finally:
         lanes.close()
-    with model_camera(sensed.model, far) as picture:
-        data = mujoco.MjData(sensed.model)
+    return ModelStates(sensed.model, max(_DISTANCE * high, 2.0 * wide), states)
+
+
+def _model_pictures(
+    settings: ModelSettings, replay: Replay, steps: Collection[int]
+) -> dict[int, np.ndarray]:
+    """Return the pictures of some steps of a MuJoCo model."""
+    mujoco = require("mujoco", "mujoco")
+    model, distance_m, states = model_states(settings, replay, steps)
+    with model_camera(model, distance_m) as picture:
+        data = mujoco.MjData(model)
         pictures = {}
         for step, state in states.items():
-            mujoco.mj_setState(sensed.model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
-            mujoco.mj_forward(sensed.model, data)
+            mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+            mujoco.mj_forward(model, data)
             pictures[step] = picture(data)
     return pictures
 
