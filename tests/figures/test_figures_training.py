@@ -14,7 +14,7 @@ from research.reproduction.figures.convergence import (
     convergence_figure,
     convergence_table,
 )
-from tegotae.figures.style import PAGE_IN, save_figure
+from tegotae.figures.style import COLOURS, PAGE_IN, save_figure
 
 EPISODES = np.array([64.0, 128.0, 256.0, 512.0])
 
@@ -64,6 +64,7 @@ def test_lines_end_where_runs_stop_and_the_mean_goes_on_with_all_that_hop():
         EPISODES.tolist(),
     ]
     mean = next(line for line in panel.lines if line.get_linewidth() == 1.3)
+    assert {line.get_color() for line in (*thin, mean)} == {COLOURS[0]}
     np.testing.assert_allclose(mean.get_ydata(), [0.2, 0.5, 0.5, 0.7])
     assert panel.get_xscale() == "log"
     assert panel.get_ylim()[0] == 0.0
@@ -104,23 +105,6 @@ def test_the_table_of_convergence_holds_the_means_and_how_many_stopped():
     np.testing.assert_allclose(table["best_fitness"], [0.2, 0.5, 0.5, 0.7])
     assert table["stopped_runs"].tolist() == [0, 1, 1, 3]
     assert table["runs_below"].tolist() == [1] * 4
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"fitness": np.zeros((4, 2))}, r"need \(4, 3\) and \(3,\)"),
-        ({"stop_episode": np.zeros(2)}, r"need \(4, 3\) and \(3,\)"),
-        ({"episodes": EPISODES[::-1]}, "must rise"),
-        ({"episodes": EPISODES - 64.0}, "must rise, from above 0"),
-        (
-            {"episodes": EPISODES[:0], "fitness": np.zeros((0, 3))},
-            "give at least one run with one point",
-        ),
-    ],
-)
-def test_curves_that_do_not_fit_are_refused_in_one_line(changes, message):
-    refused(message, trainings, **changes)
 
 
 # Verdicts by budget.
