@@ -14,7 +14,6 @@ deviation of 0.2.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -27,15 +26,12 @@ from matplotlib.figure import Figure
 from research.frame import main, markdown_table, write_text
 from tegotae._support.errors import require_known
 from tegotae._support.files import output_folder
-from tegotae._support.tables import parse_numbers, read_csv
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
 from tegotae.systems.recipe import recipe
 from tegotae.training.algorithms import CMAES, Algorithm, OpenES
 from tegotae.training.evolution import RUNNING, Evolution, Progress, Stopping
 from tegotae.training.run import Run
 from tegotae.training.settings import configuration
-
-DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 _OWN = configuration("pgpe").settings
 _FIRST = replace(_OWN, std=0.2)
@@ -110,15 +106,14 @@ class Plateau:
 
     def _tell(self) -> None:
         """Write the means of the kept table, and its figure, as the docs show them."""
-        rows = read_csv(self.out / "plateau.csv", COLUMNS)
-        save_figure(draw(rows), self.out / "plateau.png")
-        models = list(dict.fromkeys(rows["model"]))
+        table = pd.read_csv(self.out / "plateau.csv")
+        save_figure(draw(table), self.out / "plateau.png")
+        models = table.model.unique()
         lines = [["", *(title for m in models for title in (f"{m}, 5120", "15 360"))]]
-        for name in dict.fromkeys(rows["setting"]):
+        for name, rows in table.groupby("setting", sort=False):
             cells = []
             for model, budget in itertools.product(models, ("5120", "15360")):
-                mask = (rows["setting"] == name) & (rows["model"] == model)
-                best = np.maximum(parse_numbers(rows[budget][mask]), 0.0)
+                best = rows[budget][rows.model == model].clip(lower=0.0)
                 cells.append(f"{best.mean():.2f} ({best.min():.2f})")
             lines.append([name, *cells])
         write_text(self.out / "plateau.md", markdown_table(lines))
@@ -191,22 +186,19 @@ def _rows(
     return rows
 
 
-def draw(table: Mapping[str, np.ndarray]) -> Figure:
+def draw(table: pd.DataFrame) -> Figure:
     """Draw one panel per model and one row per setting: the best fitness of every run at the end,
     and the means over runs there and after 5120 episodes.
     """
-    models, names = (list(dict.fromkeys(table[name])) for name in ("model", "setting"))
+    models, names = table.model.unique(), table.setting.unique()
     with styled():
         figure = new_figure(PAGE_IN, 0.9 + 0.22 * len(names))
         panels = figure.subplots(1, len(models), sharey=True, squeeze=False)[0]
         for panel, model in zip(panels, models, strict=True):
             for row, name in enumerate(names):
-                mask = (table["setting"] == name) & (table["model"] == model)
+                rows = table[(table.setting == name) & (table.model == model)]
                 # What does not hop yet would drown what does.
-                early, last = (
-                    np.maximum(parse_numbers(table[title][mask]), 0.0)
-                    for title in ("5120", "15360")
-                )
+                early, last = (rows[title].clip(lower=0.0) for title in ("5120", "15360"))
                 panel.plot(last, np.full(len(last), row), ".", color="0.6", ms=3)
                 panel.plot(early.mean(), row, "|", color=COLOURS[1], ms=9, mew=1.6)
                 panel.plot(last.mean(), row, "|", color=COLOURS[0], ms=9, mew=1.6)

@@ -10,13 +10,17 @@ rollouts of the bar and the plate.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from research.frame import markdown_table
+from research.frame import main, markdown_table, write_text
 from tegotae import Hopper, Rollout, Scenario, Timing
 from tegotae.analysis.orbit import Orbit, find_orbit
 from tegotae.analysis.phase_response import measure_phase_response
@@ -185,7 +189,7 @@ def on_cycle(leg: Leg, body: Body, phase_rad: np.ndarray, changes: dict) -> tupl
     return times[:, 0], -2.0 * np.pi * (times - times[:, :1]) / period
 
 
-def drifts(leg: Leg) -> dict[str, np.ndarray]:
+def drifts(law: str, leg: Leg) -> pd.DataFrame:
     """Return the growth rates of a lag over 1/j - 1, measured on two legs at 1/j = 1 ± `NEAR`."""
     lightness = np.repeat([NEAR, -NEAR], 30)
     lag = np.tile(2.0 * np.pi * (np.arange(30) + 0.5) / 30, 2)
@@ -193,7 +197,8 @@ def drifts(leg: Leg) -> dict[str, np.ndarray]:
     time, ahead = on_cycle(leg, Bar(), np.array([0.0 * lag, lag]), changes)
     lags = np.unwrap(ahead[:, 1], axis=0, period=2.0 * np.pi)
     rate = (lags[1] - lags[0]) / (time[1] - time[0]) / lightness
-    return {"lightness": lightness, "lag_rad": lags.mean(axis=0) % (2.0 * np.pi), "rate": rate}
+    lag = lags.mean(axis=0) % (2.0 * np.pi)
+    return pd.DataFrame({"law": law, "lightness": lightness, "lag_rad": lag, "rate": rate})
 
 
 def exponents(law: str, leg: Leg) -> list[dict]:
@@ -311,18 +316,17 @@ def plates(law: str) -> list[dict]:
     return rows
 
 
-def narrow(row: dict) -> dict:
-    """Return a row of the page's table, the three ratios in one cell."""
-    ratios = (row[f"{mode}_inertia_ratio"] for mode in ("pitch", "roll", "twist"))
-    counts = {name: row[name] for name in ("lightest", *MODES, "other")}
-    return {
-        "law": row["law"],
-        "pitch, roll, twist": ", ".join(str(ratio) or "rigid" for ratio in ratios),
-    } | counts
+def ratios(row: pd.Series) -> str:
+    """Return the three inertia ratios of a plate in one cell."""
+    values = row[["pitch_inertia_ratio", "roll_inertia_ratio", "twist_inertia_ratio"]]
+    return ", ".join("rigid" if value == "" else str(value) for value in values)
 
 
-def draw(legs: dict[str, Leg], curves: dict, bars: list[dict], rates: list[dict]) -> None:
+def draw(
+    legs: dict[str, Leg], curves: pd.DataFrame, bars: pd.DataFrame, rates: pd.DataFrame
+) -> Figure:
     """Draw drift over lag, gaits of the bar over its inertia, and rates on plates."""
+    open_mark = {"ls": "", "markersize": 3, "fillstyle": "none"}
     with styled():
         figure = new_figure(PAGE_IN, 4.6)
         axes = figure.subplots(2, 2)
@@ -332,55 +336,41 @@ def draw(legs: dict[str, Leg], curves: dict, bars: list[dict], rates: list[dict]
                 leg.lag_rad / (2 * np.pi), leg.drift_per_s, color=COLOURS[0], label="averaging"
             )
             for sign, mark, colour in ((1, "o", COLOURS[4]), (-1, "s", COLOURS[2])):
-                mask = np.sign(curves[law]["lightness"]) == sign
-                axis.plot(
-                    curves[law]["lag_rad"][mask] / (2 * np.pi),
-                    curves[law]["rate"][mask],
-                    mark,
-                    color=colour,
-                    markersize=3,
-                    fillstyle="none",
-                    label=f"rollouts, 1/j = {1 + sign * NEAR:g}",
-                )
+                rows = curves[(curves.law == law) & (np.sign(curves.lightness) == sign)]
+                label = f"rollouts, 1/j = {1 + sign * NEAR:g}"
+                axis.plot(rows.lag_rad / (2 * np.pi), rows.rate, marker=mark, color=colour,
+                          label=label, **open_mark)  # fmt: skip
             axis.set_title(f"({letter}) two legs, {law}")
             axis.set_xlabel("lag ψ [cycles]")
             axis.set_ylabel("dψ/dt / (1/j - 1) [rad/s]")
             axis.set_xlim(0.0, 1.0)
         axes[0, 0].legend(loc="upper right")
-        for (law, colour), mark in zip(
-            {"sector": COLOURS[0], "reflex": COLOURS[4]}.items(), "os", strict=True
-        ):
-            points = [row for row in rates if row["law"] == law]
-            axes[1, 1].plot(
-                [row["predicted_per_s"] for row in points],
-                [row["measured_per_s"] for row in points],
-                mark,
-                color=colour,
-                markersize=3,
-                fillstyle="none",
-                label=law,
-            )
+        panel = axes[1, 1]
+        for law, colour, mark in zip(LAWS, (COLOURS[0], COLOURS[4]), "os", strict=True):
+            points = rates[rates.law == law]
+            panel.plot(points.predicted_per_s, points.measured_per_s, marker=mark, color=colour,
+                       label=law, **open_mark)  # fmt: skip
         _stacked(axes[1, 0], bars)
-        low, high = axes[1, 1].get_xlim()
-        axes[1, 1].axline((0.0, 0.0), slope=1.0, color="0.6", lw=0.6, zorder=0)
-        axes[1, 1].set_xlim(low, high)
-        axes[1, 1].set_xlabel("rate by averaging λ [1/s]")
-        axes[1, 1].set_ylabel("measured [1/s]")
-        axes[1, 1].set_title("(d) four legs on limp plates")
-        axes[1, 1].legend(loc="upper left")
-        save_figure(figure, FOLDER / "lightest_mode.png")
+        low, high = panel.get_xlim()
+        panel.axline((0.0, 0.0), slope=1.0, color="0.6", lw=0.6, zorder=0)
+        panel.set_xlim(low, high)
+        panel.set_xlabel("rate by averaging λ [1/s]")
+        panel.set_ylabel("measured [1/s]")
+        panel.set_title("(d) four legs on limp plates")
+        panel.legend(loc="upper left")
+    return figure
 
 
-def _stacked(axis, bars: list[dict]) -> None:
+def _stacked(axis: Axes, bars: pd.DataFrame) -> None:
     """Draw the gaits that two legs reach, of either law, as bars over the inertia ratio."""
     x = np.arange(len(RATIOS))
     for level, law in enumerate(reversed(LAWS)):
-        table = columns([row for row in bars if row["law"] == law])
+        table = bars[bars.law == law]
         floor = np.full(len(RATIOS), 1.2 * level)
         shares = {
-            "in phase": (table["in_phase"], COLOURS[1]),
-            "antiphase": (table["antiphase"], COLOURS[0]),
-            "another lag": (STARTS - table["in_phase"] - table["antiphase"], "0.85"),
+            "in phase": (table.in_phase, COLOURS[1]),
+            "antiphase": (table.antiphase, COLOURS[0]),
+            "another lag": (STARTS - table.in_phase - table.antiphase, "0.85"),
         }
         for name, (count, colour) in shares.items():
             label = name if level == 0 else None
@@ -395,80 +385,71 @@ def _stacked(axis, bars: list[dict]) -> None:
     axis.legend(loc="upper center", ncols=3)
 
 
-def table(rows: list[dict]) -> str:
-    """Return rows as a Markdown table."""
-    lines = [[f"{x:.3g}" if isinstance(x, float) else x for x in row.values()] for row in rows]
-    return markdown_table([list(rows[0]), *lines])
+def markdown(table: pd.DataFrame) -> str:
+    """Return a table as Markdown."""
+    lines = [[f"{x:.3g}" if isinstance(x, float) else x for x in row] for row in table.to_numpy()]
+    return markdown_table([[*table], *lines])
 
 
-def columns(rows: list[dict]) -> dict[str, np.ndarray]:
-    """Return rows as columns."""
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+def slopes_of(law: str, leg: Leg, curve: pd.DataFrame) -> dict[str, Any]:
+    """Return the slopes of H at 0 and π, as predicted and as measured near there."""
+    measured = []
+    for centre in (0.0, np.pi):
+        off = (curve.lag_rad - centre + np.pi) % (2 * np.pi) - np.pi
+        near = off.abs() < 0.4
+        measured.append(float(np.polyfit(off[near], curve.rate[near], 3)[2]))
+    return {
+        "law": law,
+        "period [s]": float(leg.orbit.period_s),
+        "H'(0) predicted [1/s]": float(leg.at_0),
+        "measured": measured[0],
+        "H'(π) predicted [1/s]": float(leg.at_pi),
+        "measured ": measured[1],
+    }
 
 
-def main() -> None:
+def ends_of(law: str, name: str, values: Sequence[float], ratio: Any, omega: Any) -> list[dict]:
+    """Return how many starts of two legs end in phase and in antiphase, over a number."""
+    counts = shares(law, np.broadcast_to(ratio, len(values)), np.broadcast_to(omega, len(values)))
+    return [
+        {"law": law, name: float(x), "in_phase": int(a), "antiphase": int(b)}
+        for x, a, b in zip(values, *counts, strict=True)
+    ]
+
+
+def run() -> None:
     """Predict, measure, write."""
-    FOLDER.mkdir(parents=True, exist_ok=True)
     legs = {law: listen(law) for law in LAWS}
-    curves = {law: drifts(leg) for law, leg in legs.items()}
-    slopes = []
-    for law, leg in legs.items():
-        near_0 = np.abs((curves[law]["lag_rad"] + np.pi) % (2 * np.pi) - np.pi) < 0.4
-        near_pi = np.abs(curves[law]["lag_rad"] - np.pi) < 0.4
-        lag, rate = curves[law]["lag_rad"], curves[law]["rate"]
-        off = (lag + np.pi) % (2 * np.pi) - np.pi
-        slopes.append(
-            {
-                "law": law,
-                "period [s]": float(leg.orbit.period_s),
-                "H'(0) predicted [1/s]": float(leg.at_0),
-                "measured": float(np.polyfit(off[near_0], rate[near_0], 3)[2]),
-                "H'(π) predicted [1/s]": float(leg.at_pi),
-                "measured ": float(np.polyfit(lag[near_pi] - np.pi, rate[near_pi], 3)[2]),
-            }
+    curves = pd.concat([drifts(law, leg) for law, leg in legs.items()], ignore_index=True)
+    slopes = [slopes_of(law, leg, curves[curves.law == law]) for law, leg in legs.items()]
+    rates = pd.DataFrame([row for law, leg in legs.items() for row in exponents(law, leg)])
+    bars, climbs = (
+        pd.DataFrame([row for law in LAWS for row in ends_of(law, *over)])
+        for over in (
+            ("inertia_ratio", RATIOS, RATIOS, OMEGA),
+            ("omega", OMEGAS, 0.35, OMEGAS),
         )
-        print(slopes[-1], flush=True)
-    rates = [row for law, leg in legs.items() for row in exponents(law, leg)]
-    print("rates", flush=True)
-    bars, climbs = [], []
-    for law in LAWS:
-        shares_of_law = shares(law, np.array(RATIOS), np.full(len(RATIOS), OMEGA))
-        bars += [
-            {"law": law, "inertia_ratio": j, "in_phase": int(a), "antiphase": int(b)}
-            for j, a, b in zip(RATIOS, *shares_of_law, strict=True)
-        ]
-        shares_of_law = shares(law, np.full(len(OMEGAS), 0.35), OMEGAS)
-        climbs += [
-            {"law": law, "omega": float(w), "in_phase": int(a), "antiphase": int(b)}
-            for w, a, b in zip(OMEGAS, *shares_of_law, strict=True)
-        ]
-    print("bars", flush=True)
-    ends = [row for law in LAWS for row in plates(law)]
+    )
+    ends = pd.DataFrame([row for law in LAWS for row in plates(law)])
+    narrow = ends[["law", "lightest", *MODES, "other"]]
+    narrow.insert(1, "pitch, roll, twist", ends.apply(ratios, axis=1))
     tables = {
-        "slopes": slopes,
-        "even": evenness(legs),
+        "slopes": pd.DataFrame(slopes),
+        "even": pd.DataFrame(evenness(legs)),
         "bar": bars,
         "frequency": climbs,
-        "plates": [narrow(row) for row in ends],
+        "plates": narrow,
     }
-    for name, rows in tables.items():
-        (FOLDER / f"lightest_mode_{name}.md").write_text(table(rows), encoding="utf-8")
-        print(table(rows))
+    for name, table in tables.items():
+        write_text(FOLDER / f"lightest_mode_{name}.md", markdown(table))
     path = FOLDER / "lightest_mode.png"
-    drift = {
-        "law": np.repeat(list(curves), [len(c["rate"]) for c in curves.values()]),
-        **{k: np.concatenate([c[k] for c in curves.values()]) for k in curves["sector"]},
-    }
-    write_tables(
-        path,
-        {"drift": drift, "rates": columns(rates), "bar": columns(bars), "plates": columns(ends)},
-    )
-    draw(legs, curves, bars, rates)
-    error = np.array([r["measured_per_s"] - r["predicted_per_s"] for r in rates])
-    print(f"rates: root mean square error {np.sqrt((error**2).mean()):.2g} /s, of", end=" ")
-    print(f"{np.sqrt(np.mean([r['measured_per_s'] ** 2 for r in rates])):.2g} /s; largest", end=" ")
-    print(f"{np.abs(error).max():.2g} /s")
+    write_tables(path, {"drift": curves, "rates": rates, "bar": bars, "plates": ends})
+    save_figure(draw(legs, curves, bars, rates), path)
+    error = rates.measured_per_s - rates.predicted_per_s
+    spread = rates.measured_per_s.pow(2).mean() ** 0.5
+    print(f"rates: root mean square error {error.pow(2).mean() ** 0.5:.2g} /s, of {spread:.2g} /s; "
+          f"largest {error.abs().max():.2g} /s")  # fmt: skip
 
 
 if __name__ == "__main__":
-    main()
+    main(run)

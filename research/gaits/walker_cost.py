@@ -17,9 +17,9 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pandas as pd
 
-from research.frame import markdown_table, write_rows, write_text
-from tegotae._support.tables import read_csv
+from research.frame import main, markdown_table, write_rows, write_text
 from tegotae.measures.gaits.names import gait_of
 from tegotae.parts.bodies import Walker
 from tegotae.parts.channels import Channel, Latest, Total
@@ -134,32 +134,25 @@ def row(name: str, omega: float) -> dict[str, Any]:
     return {"system": name, "omega": omega, "gait": max(gaits, key=gaits.count), **medians}
 
 
-def main() -> None:
+def run() -> None:
     """Measure and write."""
-    rows = [row(*case) for case in CASES]
-    write_rows(OUT / "walker_cost.csv", rows, digits=3)
+    write_rows(OUT / "walker_cost.csv", [row(*case) for case in CASES], digits=3)
     write_text(OUT / "walker_cost.md", table_text())
 
 
 def table_text() -> str:
     """Return the table of the page, from the kept one."""
-    table = read_csv(OUT / "walker_cost.csv")
-    rows = [dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)]
-    titles = (
-        *("system, ω [rad/s]", "gait", "CoT as reported", "each axis by itself"),
-        *("positive work alone", "without load", "sliding", "largest load [m g]"),
-    )
-    lines = [[*titles]]
-    for row in rows:
-        cells = [f"{row['system']}, {row['omega']}", row["gait"]]
-        cells += [
-            f"{float(row[n]):.2f}" for n in ("cost_of_transport", "each_axis", "positive_only")
-        ]
-        cells += [f"{100.0 * float(row[n]):.0f} %" for n in ("unloaded", "slides")]
-        cells.append(f"{float(row['largest_load']):.1f}")
-        lines.append(cells)
+    lines = [
+        ["system, ω [rad/s]", "gait", "CoT as reported", "each axis by itself",
+         "positive work alone", "without load", "sliding", "largest load [m g]"]
+    ]  # fmt: skip
+    for row in pd.read_csv(OUT / "walker_cost.csv").itertuples():
+        costs = (row.cost_of_transport, row.each_axis, row.positive_only)
+        shares = (f"{100.0 * share:.0f} %" for share in (row.unloaded, row.slides))
+        cells = (*(f"{cost:.2f}" for cost in costs), *shares, f"{row.largest_load:.1f}")
+        lines.append([f"{row.system}, {row.omega:g}", row.gait, *cells])
     return markdown_table(lines)
 
 
 if __name__ == "__main__":
-    main()
+    main(run)
