@@ -15,11 +15,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
-from research.frame import main, markdown_table
+from research.frame import main, markdown_table, write_rows, write_text
 from research.reproduction.calibration.measure import COARSE, CalibrationGrid, measure_reading
 from research.reproduction.calibration.posterior import (
     STRICTNESS,
@@ -50,7 +52,7 @@ from research.reproduction.readings.designs import cells_of
 from research.reproduction.readings.experiment import experiment_under
 from research.reproduction.readings.readings import AnalysisChoice, Reading
 from tegotae._support import tables
-from tegotae._support.files import output_folder, write_atomically
+from tegotae._support.files import output_folder
 from tegotae.figures.style import save_figure
 from tegotae.measures.evaluation import evaluate
 from tegotae.systems.recipe import recipe
@@ -115,9 +117,11 @@ def measure(bodies: int = 2048, fine: int = 16, folder: Path = FOLDER) -> None:
 def measure_named(path: Path) -> None:
     """Measure the study's own reading and the program's, unless the table is there."""
     if not path.exists():
-        scores = [measure_reading(reading, COARSE) for reading in NAMED.values()]
-        columns = {name: [getattr(result, name) for result in scores] for name in SCORES}
-        tables.write_csv(path, {"reading": list(NAMED), **columns}, digits=4)
+        rows = [
+            {"reading": name, **measure_reading(reading, COARSE)._asdict()}
+            for name, reading in NAMED.items()
+        ]
+        write_rows(path, rows, digits=4)
 
 
 def measure_vanilla(folder: Path) -> None:
@@ -126,32 +130,28 @@ def measure_vanilla(folder: Path) -> None:
     if path.exists():
         return
     measured = read(folder)
-    far = np.where(
-        np.isfinite(measured.fine).any(axis=1), shortfalls(measured.fine, LEVELS.target), math.inf
-    )
+    far = np.nan_to_num(measured.distance_finely, nan=math.inf)
     rows = []
     for body in measured.bodies[np.argsort(far, kind="stable")[:NEAREST]].tolist():
         reading = candidates(body + 1)[body]
         for name in VANILLA:
-            experiment = experiment_under(
-                reading, recipe(name), protocol=CalibrationGrid().protocol
-            )
+            protocol = CalibrationGrid().protocol
+            experiment = experiment_under(reading, recipe(name), protocol=protocol)
             gain, _ = best_gain(experiment)
+            metrics = ("limit_cycle_share", "t0_s", "t1_s")
+            controller, omega = experiment.controller, experiment.omega
             results = evaluate(
-                experiment.controller,
-                [[gain]],
-                experiment.omega,
-                experiment.body,
-                experiment.protocol,
-                metrics=("limit_cycle_share", "t0_s", "t1_s"),
+                controller, [[gain]], omega, experiment.body, protocol, metrics=metrics
             ).episodes
-            settles, t0_s, t1_s = (results[key][0] for key in ("limit_cycle_share", "t0_s", "t1_s"))
-            rows.append((body, name, gain * reading.hopper.weight_n, settles.sum()))
-            rows[-1] += (transient_score(t0_s, experiment.protocol.undisturbed_s),)
-            rows[-1] += (transient_score(t1_s, experiment.protocol.disturbed_s),)
-    head = ("body", "model", "sigma_m_g", "settled", "short_t0", "short_t1")
-    columns = {name: [row[i] for row in rows] for i, name in enumerate(head)}
-    tables.write_csv(path, columns, digits=4)
+            settles, t0_s, t1_s = (results[key][0] for key in metrics)
+            labels = {"body": body, "model": name, "sigma_m_g": gain * reading.hopper.weight_n}
+            scores = {
+                "settled": settles.sum(),
+                "short_t0": transient_score(t0_s, protocol.undisturbed_s),
+                "short_t1": transient_score(t1_s, protocol.disturbed_s),
+            }
+            rows.append(labels | scores)
+    write_rows(path, rows, digits=4)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -164,12 +164,25 @@ class CalibrationTables:
             is the same for all.
         fine: by the fine maps, [readings, scores]; NaN where there are none.
         places: where the readings lie, [readings, choices].
+        named: scores of the named readings, [named, scores].
     """
 
     bodies: np.ndarray
     scores: np.ndarray
     fine: np.ndarray
     places: np.ndarray
+    named: np.ndarray
+
+    @property
+    def distance_finely(self) -> np.ndarray:
+        """Shortfall by the fine maps; NaN where there are none."""
+        finely = shortfalls(self.fine, LEVELS.target)
+        return np.where(np.isfinite(self.fine).any(axis=1), finely, math.nan)
+
+    @cached_property
+    def posterior(self) -> CalibrationPosterior:
+        """The posterior of the middle level."""
+        return found_by(self.scores)[LEVELS.name]
 
 
 def read(folder: Path) -> CalibrationTables:
@@ -182,6 +195,7 @@ def read(folder: Path) -> CalibrationTables:
         np.array([coarse[body] for body in bodies]),
         np.array([fine.get(body, [math.nan] * len(SCORES)) for body in bodies]),
         np.array([coordinates(readings[body]) for body in bodies]),
+        pd.read_csv(folder / "named.csv")[list(SCORES)].to_numpy(),
     )
 
 
@@ -196,10 +210,10 @@ def found_by(scores: np.ndarray, share: float = SHARE) -> dict[str, CalibrationP
 def show(folder: Path) -> None:
     """Write the results of the tables."""
     measured = read(folder)
-    posteriors = found_by(measured.scores)
-    write_atomically(folder / "statements.md", statements(folder))
-    write_atomically(folder / "scores.md", scores_table(folder))
-    write_atomically(folder / "choices.md", choices(folder))
+    posteriors, scores = found_by(measured.scores), measured.scores
+    write_text(folder / "statements.md", statements(measured))
+    write_text(folder / "scores.md", scores_table(measured))
+    write_text(folder / "choices.md", choices(measured))
     sample = measured.bodies[representative(posteriors[LEVELS.name], measured.places, SAMPLE)]
     readings = candidates(int(sample.max()) + 1)
     rows = [cells_of(readings[body], PRIOR) for body in sample]
@@ -207,102 +221,69 @@ def show(folder: Path) -> None:
     tables.write_csv(folder / "readings.csv", {"body": sample.tolist(), **columns})
     figure = posterior_figure(measured.places, posteriors, NAMED["study"], NAMED["program"])
     save_figure(figure, folder / "posterior.png")
-    shares = {
-        strictness.name: met(measured.scores, strictness.target).mean(axis=0)
-        for strictness in STRICTNESS
-    }
+    shares = {level.name: met(scores, level.target).mean(axis=0) for level in STRICTNESS}
     words = [WORDS[name] for name in SCORES]
-    figure = statements_figure(words, shares, meeting_ratio(measured.scores, LEVELS.target))
+    figure = statements_figure(words, shares, meeting_ratio(scores, LEVELS.target))
     save_figure(figure, folder / "statements.png")
-    levels, near = posteriors[LEVELS.name], measured.scores
-    named_scores = tables.read_csv(folder / "named.csv")
+    ends = (0.05, 0.5, 0.95)
+    accepted = np.array([[_inside(measured, x, q) for x in scores.T] for q in ends])
     figure = scores_figure(
         words,
-        {
-            "all readings": np.quantile(near, (0.05, 0.5, 0.95), axis=0),
-            "posterior": np.array(
-                [
-                    [_quantile(values[levels.accepted], levels.weights, q) for values in near.T]
-                    for q in (0.05, 0.5, 0.95)
-                ]
-            ),
-        },
-        {
-            name: np.array([float(named_scores[score][k]) for score in SCORES])
-            for k, name in enumerate(NAMED)
-        },
-        {f"met, {strictness.name}": strictness.target for strictness in STRICTNESS},
+        {"all readings": np.quantile(scores, ends, axis=0), "posterior": accepted},
+        dict(zip(NAMED, measured.named, strict=True)),
+        {f"met, {level.name}": level.target for level in STRICTNESS},
     )
     save_figure(figure, folder / "scores.png")
 
 
-def statements(folder: Path) -> str:
+def statements(measured: CalibrationTables) -> str:
     """Tabulate for each statement the readings that meet it, and the score from which on it is
     met."""
-    scores = read(folder).scores
-    counts = {strictness.name: met(scores, strictness.target) for strictness in STRICTNESS}
+    counts = {level.name: met(measured.scores, level.target) for level in STRICTNESS}
     rows = [["statement", *(f"meet it, {name}" for name in counts)]]
     for i, name in enumerate(SCORES):
         shares = [
-            f"{counts[strictness.name][:, i].mean():.0%} (≥ {strictness.target[i]:.2g})"
-            for strictness in STRICTNESS
+            f"{counts[level.name][:, i].mean():.0%} (≥ {level.target[i]:.2g})"
+            for level in STRICTNESS
         ]
         rows.append([WORDS[name], *shares])
     maxima = [f"{matches.sum(axis=1).max()} of {len(SCORES)}" for matches in counts.values()]
     return markdown_table([*rows, ["most that one reading meets", *maxima]])
 
 
-def scores_table(folder: Path) -> str:
+def scores_table(measured: CalibrationTables) -> str:
     """Tabulate for each statement the median score among all and the accepted readings, and the
     scores of the named ones."""
-    measured = read(folder)
-    scores, fine = measured.scores, measured.fine
-    levels = found_by(scores)[LEVELS.name]
-    named_scores = tables.read_csv(folder / "named.csv")
     rows = [["statement", "all", "posterior", "finely", *NAMED]]
-    for i, name in enumerate(SCORES):
-        inside = [
-            _quantile(values[levels.accepted, i], levels.weights, 0.5) for values in (scores, fine)
-        ]
-        cells = [np.median(scores[:, i]), *inside, *map(float, named_scores[name])]
-        rows.append([WORDS[name], *(f"{value:.2f}" for value in cells)])
-    reference = np.array(
-        [[float(named_scores[name][k]) for name in SCORES] for k in range(len(NAMED))]
-    )
-    finely = np.where(np.isfinite(fine).any(axis=1), shortfalls(fine, LEVELS.target), math.nan)
-    inside = [
-        _quantile(values[levels.accepted], levels.weights, 0.5)
-        for values in (levels.distance, finely)
-    ]
-    far = [np.median(levels.distance), *inside, *shortfalls(reference, LEVELS.target)]
-    rows.append([f"shortfall, {LEVELS.name}", *(f"{value:.2f}" for value in far)])
+    distance = measured.posterior.distance
+    named = shortfalls(measured.named, LEVELS.target)
+    columns = zip(SCORES, measured.scores.T, measured.fine.T, measured.named.T, strict=True)
+    lines = [(WORDS[name], *values) for name, *values in columns]
+    lines.append((f"shortfall, {LEVELS.name}", distance, measured.distance_finely, named))
+    for label, scores, fine, of_named in lines:
+        cells = [np.median(scores), *(_inside(measured, x) for x in (scores, fine)), *of_named]
+        rows.append([label, *(f"{value:.2f}" for value in cells)])
     return markdown_table(rows)
 
 
-def choices(folder: Path) -> str:
+def choices(measured: CalibrationTables) -> str:
     """Tabulate for each choice the middle and the 90 % range of the posterior, and how narrow it
     is."""
-    measured = read(folder)
-    scores, places = measured.scores, measured.places
-    levels = found_by(scores)[LEVELS.name]
+    scores, places, found = measured.scores, measured.places, measured.posterior
     criteria = [(LEVELS.name, share) for share in SHARES]
-    criteria += [(strictness.name, SHARE) for strictness in STRICTNESS if strictness is not LEVELS]
+    criteria += [(level.name, SHARE) for level in STRICTNESS if level is not LEVELS]
     rows = [["choice", "prior", "posterior", *(f"{name}, {share:.1%}" for name, share in criteria)]]
     narrow = [narrowed(places, found_by(scores, share)[name]) for name, share in criteria]
     for i, choice in enumerate(PRIOR):
-        position = places[levels.accepted, i]
+        position, labels = places[:, i], [_label(choice, value) for value in choice.values]
         if choice.levels:
-            weights = [
-                levels.weights[np.isclose(position, choice.place(v))].sum() for v in choice.values
-            ]
-            labels = [_label(choice, value) for value in choice.values]
-            prior = " / ".join(labels)
-            inside = " / ".join(f"{weight:.0%}" for weight in weights)
+            at = (np.isclose(position[found.accepted], choice.place(v)) for v in choice.values)
+            inside = " / ".join(f"{found.weights[mask].sum():.0%}" for mask in at)
         else:
-            prior = " … ".join(_label(choice, value) for value in choice.values)
-            low, middle, high = (_quantile(position, levels.weights, q) for q in (0.05, 0.5, 0.95))
-            texts = [_label(choice, value_at(choice, float(x))) for x in (middle, low, high)]
+            values = (_inside(measured, position, q) for q in (0.5, 0.05, 0.95))
+            texts = [_label(choice, value_at(choice, x)) for x in values]
             inside = f"{texts[0]} ({texts[1]} … {texts[2]})"
+        prior = (" / " if choice.levels else " … ").join(labels)
         rows.append([choice.label, prior, inside, *(f"{widths[i]:.2f}" for widths in narrow)])
     return markdown_table(rows)
 
@@ -319,8 +300,10 @@ def _label(choice: AnalysisChoice, value: object) -> str:
     return f"{value:.2g}" if isinstance(value, float) else str(value)
 
 
-def _quantile(values: np.ndarray, weights: np.ndarray, share: float) -> float:
-    """Return a weighted quantile of the known values."""
+def _inside(measured: CalibrationTables, values: np.ndarray, share: float = 0.5) -> float:
+    """Return a quantile of the known values in the posterior."""
+    found = measured.posterior
+    values, weights = values[found.accepted], found.weights
     values, weights = values[~np.isnan(values)], weights[~np.isnan(values)]
     order = np.argsort(values)
     reached = np.cumsum(weights[order]) / weights.sum()

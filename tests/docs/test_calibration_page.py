@@ -29,10 +29,10 @@ def page() -> str:
     return prose("reproduction/calibration.md")
 
 
-def test_the_tables_of_the_page_follow_from_what_was_measured(study):
-    assert (KEPT / "statements.md").read_text(encoding="utf-8") == study.statements(KEPT)
-    assert (KEPT / "scores.md").read_text(encoding="utf-8") == study.scores_table(KEPT)
-    assert (KEPT / "choices.md").read_text(encoding="utf-8") == study.choices(KEPT)
+def test_the_tables_of_the_page_follow_from_what_was_measured(study, measured):
+    assert (KEPT / "statements.md").read_text(encoding="utf-8") == study.statements(measured)
+    assert (KEPT / "scores.md").read_text(encoding="utf-8") == study.scores_table(measured)
+    assert (KEPT / "choices.md").read_text(encoding="utf-8") == study.choices(measured)
 
 
 def test_the_calibrated_readings_are_those_of_the_posterior(study, measured):
