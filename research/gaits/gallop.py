@@ -1,12 +1,10 @@
 """Explain why quadruped G gallops, and where.
 
-    python -m research.gaits.gallop everything
-    python -m research.gaits.gallop modes   # which mode is light at which frequency; seconds
-    python -m research.gaits.gallop map     # gaits over r and place of the mass; half a minute
-    python -m research.gaits.gallop figure  # the figure of modes and map
+    python -m research.gaits.gallop run     # which mode is light at which frequency; seconds
+    python -m research.gaits.gallop figure  # the figure of the kept table
 
-Tables and the figure go to `docs/_static/gaits`. r is ω over the natural rate of pitching with all
-feet down, ω / √(Σ K_z x_i² / I_yy), with x_i the hips' distance from the centre of mass.
+The table and the figure go to `docs/_static/gaits`. r is ω over the natural rate of pitching with
+all feet down, ω / √(Σ K_z x_i² / I_yy), with x_i the hips' distance from the centre of mass.
 """
 
 from __future__ import annotations
@@ -17,23 +15,16 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import to_rgba
-from matplotlib.lines import Line2D
+import pandas as pd
 
 from research.frame import main, write_rows
-from tegotae._support.errors import TegotaeError
-from tegotae._support.tables import parse_numbers, read_csv
 from tegotae.figures.gaits.style import gait_colour
 from tegotae.figures.style import COLOURS, PAGE_IN, new_figure, save_figure, styled
-from tegotae.measures.gaits.names import NO_GAIT, gait_of, nearest_pattern
+from tegotae.measures.gaits.names import gait_of, nearest_pattern
 from tegotae.parts.bodies import Walker
-from tegotae.parts.fields import replace
 from tegotae.simulation.recorder import needing
 from tegotae.simulation.rollout import Timing
-from tegotae.simulation.world import with_changes
 from tegotae.systems.legged import Legged, lanes_of, random_phases
-from tegotae.systems.tuned import front_family
 from tegotae.systems.vanilla import legged_named
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "_static" / "gaits"
@@ -41,6 +32,8 @@ OMEGAS = np.arange(3.0, 8.01, 0.25)
 """Frequencies at which modes are measured [√(g / l0)]."""
 LAGS = 64
 """Random lags at each."""
+LOWEST = -0.34
+"""Lower end of the figure's axis."""
 MODES = {
     "heave": (1, 1, 1, 1), "pitch": (1, 1, -1, -1), "roll": (1, -1, 1, -1), "twist": (1, -1, -1, 1),
 }  # fmt: skip
@@ -174,157 +167,28 @@ def modes() -> None:
     write_rows(FOLDER / "gallop-modes.csv", rows, digits=4)
 
 
-# Bodies
-
-
-def released(
-    legged: Legged, bodies: dict[str, np.ndarray], tuned: dict[str, np.ndarray], starts: int
-) -> Any:
-    """Return the coordination of bodies with different numbers, from the same random releases.
-
-    Args:
-        legged: the system.
-        bodies: fields of the body, [bodies] or [limbs, bodies].
-        tuned: frequency, gain and ellipse, [bodies].
-        starts: releases of each.
-    """
-    kind = front_family(legged, "vanilla ellipse")
-    lanes = {name: np.repeat(x, starts) for name, x in tuned.items()}
-    changes = {name: np.repeat(x, starts, axis=-1) for name, x in bodies.items()}
-    count = len(lanes["omega"])
-    scenario = kind.scenario(legged, lanes, np.tile(random_phases(4, starts), count // starts))
-    body = legged.body
-    sag = 0.25 / np.asarray(changes.get("stiffness_z_n_per_m", body.stiffness_z_n_per_m))  # type: ignore[attr-defined]
-    com = np.asarray(changes.get("com_z_m", body.com_z_m))  # type: ignore[attr-defined]
-    scenario = scenario._replace(height_m=np.broadcast_to(1.0 + com - sag + lanes["press"], count))
-    own_system = dataclasses.replace(legged.system, controller=kind.controller(legged))
-    base = legged.timing
-    timing = Timing(duration_s=150.0, tick_s=base.tick_s, frame_s=2.0 * base.frame_s)
-    rollout = own_system.rollout(legged.summary(), timing)
-    return lanes_of(rollout.run(kind.weights(lanes), with_changes(scenario, body, changes), body))
-
-
-def own_numbers(legged: Legged, omega: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the system's gain and ellipse at frequencies."""
-    return front_family(legged, "vanilla ellipse").numbers(legged, {"omega": omega})
-
-
-R, COM_X = np.linspace(0.2, 0.8, 16), np.linspace(-0.3, 0.3, 13)
-
-
-def mapped() -> None:
-    """Write `gallop-map.csv`: gaits over r and com_x, r by ω or by the inertia of pitching."""
-    legged, starts, rows = legged_named("quadruped-g"), 4, []
-    body: Any = legged.body
-    r, com = (x.ravel() for x in np.meshgrid(R, COM_X, indexing="ij"))
-    arms = np.array(body.hips_x_m)[:, None] - com
-    stiff = body.stiffness_z_n_per_m * (arms**2).sum(axis=0)
-    by_omega = r * np.sqrt(stiff / body.inertia_y_kg_m2)
-    omega = 7.2
-    inertia = stiff * (r / omega) ** 2
-    yaw = body.inertia_z_kg_m2 / body.inertia_y_kg_m2
-    axes = {
-        "omega": ({"com_x_m": com}, by_omega),
-        "inertia": (
-            {"com_x_m": com, "inertia_y_kg_m2": inertia, "inertia_z_kg_m2": yaw * inertia},
-            np.full_like(r, omega),
-        ),
-    }
-    for axis, (bodies, omegas) in axes.items():
-        able = possible(legged, bodies)
-        bodies = {name: x[..., able] for name, x in bodies.items()}
-        results = released(legged, bodies, own_numbers(legged, omegas[able]), starts)
-        gait = gait_of(results, legged.names).reshape(-1, starts)
-        speed, cost = (
-            np.asarray(x).reshape(-1, starts)
-            for x in (results.speed_m_per_s, results.cost_of_transport)
-        )
-        for k, names in enumerate(gait):
-            name, count = commonest(names)
-            matches = names == name
-            rows.append(
-                {
-                    "by": axis, "r": r[able][k], "com_x": com[able][k], "omega": omegas[able][k],
-                    "gait": name, "starts": count,
-                    "speed_m_per_s": speed[k][matches].mean(),
-                    "cost_of_transport": cost[k][matches].mean(),
-                }
-            )  # fmt: skip
-    write_rows(FOLDER / "gallop-map.csv", rows, digits=4)
-
-
-def possible(legged: Legged, bodies: dict[str, np.ndarray]) -> np.ndarray:
-    """Return the numbers of those bodies that are possible, at the system's tick."""
-    able = []
-    for k in range(next(iter(bodies.values())).shape[-1]):
-        fields = {
-            name: tuple(x[:, k].tolist()) if x.ndim > 1 else float(x[k])
-            for name, x in bodies.items()
-        }
-        try:
-            replace(legged.body, fields).check_tick(legged.timing.tick_s)
-        except TegotaeError:
-            continue
-        able.append(k)
-    return np.array(able, int)
-
-
-# Figure
-
-
-def drawn_figure() -> None:
-    """Write `gallop.png` of the kept tables: the modes over ω, and the two maps."""
+def draw() -> None:
+    """Write `gallop.png` of the kept table: the modes over ω, and the gaits that emerge."""
+    table = pd.read_csv(FOLDER / "gallop-modes.csv")
     with styled():
-        figure = new_figure(PAGE_IN, 2.9)
-        panel, *maps = figure.subplots(1, 3, width_ratios=(1.1, 1.0, 1.0))
-        _modes(panel)
-        names: list[str] = []
-        table = read_csv(FOLDER / "gallop-map.csv")
-        for axes, axis, title in zip(maps, ("omega", "inertia"), _TITLES, strict=True):
-            names += _map(axes, table, axis)
-            axes.set(xlabel="centre of mass, forward [l0]", title=title)
-        maps[0].set_ylabel("ω over the rate of pitching, r")
-        named_gaits = sorted(set(names), key=lambda name: (name in NO_GAIT, name))
-        keys = [
-            Line2D([], [], marker="s", ls="", color=gait_colour(n), label=n) for n in named_gaits
-        ]
-        figure.legend(handles=keys, loc="outside lower center", ncols=5)
+        figure = new_figure(0.6 * PAGE_IN, 2.6)
+        axes = figure.subplots()
+        for k, name in enumerate(MODES):
+            axes.plot(table.omega, table[f"kappa_{name}"], color=COLOURS[k], label=name)
+        axes.axhline(0.0, color="0.6", lw=0.6)
+        for gait, rows in table.groupby("gait"):
+            axes.bar(rows.omega, 0.04, 0.25, LOWEST, color=gait_colour(gait), lw=0, label=gait)
+        axes.set(xlabel="frequency ω [√(g/l0)]", ylabel="κ [m g]", ylim=(LOWEST, 0.5))
+        axes.set_title("modes; below, the gait")
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside right center")
         save_figure(figure, FOLDER / "gallop.png")
 
 
-_TITLES = ("r varied by ω", "r varied by inertia, ω = 7.2")
-
-
-def _modes(axes: Axes) -> None:
-    table = read_csv(FOLDER / "gallop-modes.csv")
-    omega = parse_numbers(table["omega"])
-    for k, name in enumerate(MODES):
-        axes.plot(omega, parse_numbers(table[f"kappa_{name}"]), color=COLOURS[k], label=name)
-    axes.axhline(0.0, color="0.6", lw=0.6)
-    low = -0.34
-    for w, gait in zip(omega, table["gait"], strict=True):
-        axes.bar(w, 0.04, 0.25, low, color=gait_colour(str(gait)), lw=0)
-    axes.set(xlabel="frequency ω [√(g/l0)]", ylabel="κ [m g]", ylim=(low, 0.5))
-    axes.legend(loc="upper left", ncols=2)
-    axes.set_title("modes; below, the gait")
-
-
-def _map(axes: Axes, table: dict[str, np.ndarray], axis: str) -> list[str]:
-    rows = table["by"] == axis
-    x, y = parse_numbers(table["com_x"][rows]), parse_numbers(table["r"][rows])
-    gaits = [str(name) for name in table["gait"][rows]]
-    share = parse_numbers(table["starts"][rows]) / 4.0
-    colours = [to_rgba(gait_colour(gait), float(s)) for gait, s in zip(gaits, share, strict=True)]
-    width, height = COM_X[1] - COM_X[0], R[1] - R[0]
-    axes.bar(x, height, width, y - 0.5 * height, color=colours, lw=0)
-    return gaits
-
-
-def everything() -> None:
-    """Measure the tables, and draw the figure."""
-    for step in (modes, mapped, drawn_figure):
-        step()
+def run() -> None:
+    """Measure the modes, and draw them."""
+    modes()
+    draw()
 
 
 if __name__ == "__main__":
-    main(everything, modes, map=mapped, figure=drawn_figure)
+    main(run, modes, figure=draw)
