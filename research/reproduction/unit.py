@@ -133,7 +133,7 @@ class _Learned(NamedTuple):
     """The weights at each of the unit's budgets, [runs, n_weights]."""
 
 
-def _drawn_start(standard: Scenario, runs: int, spread_m: float = 0.1) -> Scenario:
+def drawn_start(standard: Scenario, runs: int, spread_m: float = 0.1) -> Scenario:
     """Return the standard release at phase 0, and others drawn around it: entries of shape [runs].
 
     A search has no randomness. What spreads are the conditions that its outcome starts from.
@@ -168,7 +168,7 @@ def work(unit: Unit) -> Record:
         protocol,
         (*HOPPING.built_in, *unit.metrics),
         best_gait.CHANNELS,
-        start=_drawn_start(system.scenario(), n_runs)
+        start=drawn_start(system.scenario(), n_runs)
         if experiment.is_searched
         else system.scenario(),
         integrator=system.integrator,
