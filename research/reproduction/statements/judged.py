@@ -92,7 +92,7 @@ def _table(study: pd.DataFrame, folder: Path, source: str, drive: str) -> pd.Dat
     if source == PUSHES:
         return pd.DataFrame(beside)
     if source == HELD:
-        return pd.concat([study[study.architecture == "V"], beside], ignore_index=True)
+        return pd.concat([study.query("architecture == 'V'"), beside], ignore_index=True)
     if source == CUT:
         whole, changed = beside, beside.assign(settled=beside.settled_cut)
     else:
