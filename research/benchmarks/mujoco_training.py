@@ -15,12 +15,12 @@ import numpy as np
 
 from tegotae._support.errors import require
 from tegotae.envs.env_spec import EnvSpec
-from tegotae.envs.mujoco.env import ModelEnv
+from tegotae.envs.mujoco.env import ModelEnv, ModelLanes
 from tegotae.envs.wiring import load_wiring
 from tegotae.envs.wrapper import Pilot
 from tegotae.systems.recipe import recipe
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae.training.environments.rollouts import GymLanes, Lanes, ModelLanes
+from tegotae.training.environments.rollouts import GymLanes, Lanes
 
 LANES = (16, 64)
 ENVS = 8

@@ -18,13 +18,12 @@ import numpy as np
 
 from research.go1.plan import Condition
 from tegotae.envs._types import MjModel, MjSpec
-from tegotae.envs.mujoco.env import ModelEnv
+from tegotae.envs.mujoco.env import ModelEnv, ModelLanes
 from tegotae.envs.mujoco.sensing import scale_model, sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.wires import look_up
 from tegotae.envs.wiring import Wiring
 from tegotae.envs.wrapper import Pilot
-from tegotae.training.environments.rollouts import ModelLanes
 
 ROOT = Path(__file__).resolve().parents[2]
 WIRING = ROOT / "examples" / "wirings" / "go1-legs.toml"

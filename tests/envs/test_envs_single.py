@@ -22,8 +22,9 @@ from tegotae.envs import (  # noqa: E402
     TegotaeHopperEnv,
     TegotaeHopperSettings,
 )
-from tegotae.envs.settings import force_controller  # noqa: E402
+from tegotae.envs.settings import CommandedForce  # noqa: E402
 from tegotae.measures.hopping.hopping import whole_hops  # noqa: E402
+from tegotae.parts.controller import Controller  # noqa: E402
 from tegotae.simulation.integrators import Hold  # noqa: E402
 from tegotae.systems.recipe import recipe  # noqa: E402
 
@@ -154,7 +155,7 @@ class TestAgreesWithTheEngine:
     def test_with_a_constant_force(self, drop):
         env = HopperEnv(decimation=1, duration_s=1.5, **drop)
         _, _, infos, _ = rollout(env, lambda _: 0.5 * FULL, 1500)
-        expected = trajectory(force_controller(), 2.0, 1.5, **drop)
+        expected = trajectory(Controller(CommandedForce()), 2.0, 1.5, **drop)
         assert_same_motion(infos, expected, atol=3e-6)
 
     @pytest.mark.parametrize(
@@ -185,7 +186,7 @@ class TestAgreesWithTheEngine:
         release = {"height_m": 1.1, "velocity_m_per_s": -0.5}
         env = HopperEnv(body=body, tick_s=0.002, decimation=1, duration_s=1.0, **release)
         _, _, infos, _ = rollout(env, lambda _: FULL, 500)
-        expected = trajectory(force_controller(), 9.0, 1.0, 0.002, body, **release)
+        expected = trajectory(Controller(CommandedForce()), 9.0, 1.0, 0.002, body, **release)
         assert_same_motion(infos, expected, atol=1e-5)
 
     def test_a_decimated_step_is_so_many_ticks_under_one_action(self):
@@ -202,7 +203,7 @@ class TestAgreesWithTheEngine:
     def test_a_leg_of_no_length_ends_the_episode_where_the_engine_fails(self):
         env = HopperEnv(decimation=1, height_m=6.0)
         _, _, infos, ends = rollout(env, lambda _: NONE, 20_000)
-        expected = trajectory(force_controller(), 0.0, 3.0, height_m=6.0)
+        expected = trajectory(Controller(CommandedForce()), 0.0, 3.0, height_m=6.0)
         assert ends[-1] == (True, False)
         assert len(ends) - 1 == int(expected.failed[:, 0].argmax())
         assert_same_motion(infos, expected, atol=1e-5)

@@ -95,7 +95,6 @@ def test_feet_at_rest_bear_the_weight():
 def test_an_environment_is_one_lane_of_a_batch():
     task = experiment(duration_s=1.0)
     lanes, env = environment_lanes(task, 3), ModelEnv(model="hopper", duration_s=1.0)
-    assert lanes.steps == env.fate.steps
     alive = np.ones(3, bool)
     observation, _ = env.reset(seed=0)
     np.testing.assert_array_equal(lanes.reset(0, alive)[1], observation)

@@ -15,6 +15,7 @@ from refusals import refused  # noqa: E402
 from tegotae import TegotaeError  # noqa: E402
 from tegotae.envs import load_wiring  # noqa: E402
 from tegotae.envs.env_spec import EnvSpec  # noqa: E402
+from tegotae.envs.mujoco.env import ModelLanes  # noqa: E402
 from tegotae.envs.settings import HopReward  # noqa: E402
 from tegotae.envs.wrapper import Pilot  # noqa: E402
 from tegotae.systems.controller_file import load  # noqa: E402
@@ -31,7 +32,6 @@ from tegotae.training.curves import (  # noqa: E402
 from tegotae.training.environments.experiment import EnvExperiment  # noqa: E402
 from tegotae.training.environments.objectives import Hopping, Return, UserObjective  # noqa: E402
 from tegotae.training.environments.replay import replay  # noqa: E402
-from tegotae.training.environments.rollouts import ModelLanes  # noqa: E402
 from tegotae.training.run import Run, train  # noqa: E402
 from wired_experiment import HERE, WIRING, experiment  # noqa: E402
 

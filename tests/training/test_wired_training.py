@@ -393,7 +393,7 @@ def test_of_an_environment_that_dies_or_hangs_in_a_worker_one_sample_is_lost():
     ):
         task = experiment("V-reflex-w8", budget=96, made={"fail": fail}, limit_s=4.0)
         with contextlib.closing(WorkerPool(task, 1, 3)) as pool:
-            trials = pool.try_out(weights)
+            trials = pool.try_out(weights, np.zeros((3, 1), int))
         assert trials.failed.tolist() == [False, True, False]
         assert trials.fitness.tolist() == [0.0, FAILED_FITNESS, 0.0]
         assert trials.troubles[0] == trials.troubles[2] == ""

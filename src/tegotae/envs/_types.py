@@ -20,6 +20,9 @@ Observation: TypeAlias = "np.ndarray | Mapping[str, np.ndarray]"
 Info: TypeAlias = dict[str, Any]
 """Values by name that an environment returns beside its observation, or takes at a reset."""
 
+Seeds: TypeAlias = "int | np.ndarray | np.random.Generator"
+"""Seeds of the starts of episodes: one for all lanes, or one a lane, [lanes]."""
+
 _OfMujoco: TypeAlias = Any
 MjData: TypeAlias = _OfMujoco
 MjModel: TypeAlias = _OfMujoco

@@ -14,7 +14,7 @@ from tegotae._support.errors import TegotaeError, other_code, require, unknown
 from tegotae.envs._types import AnyEnv
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings, located
 from tegotae.envs.wiring import Wiring
-from tegotae.systems.env_documents import EnvTask, is_mujoco_model
+from tegotae.systems.env_documents import is_mujoco_model
 from tegotae.systems.registry import is_reference, load_object, require_named, source_of
 
 
@@ -35,22 +35,6 @@ class EnvSpec:
 
     env: str
     settings: tuple[tuple[str, Json], ...] = ()
-
-    @classmethod
-    def of_task(cls, task: EnvTask, name: str) -> EnvSpec:
-        """Return the environment of a controller file.
-
-        A registered id and a MuJoCo model are data. All else that the file names, in the settings
-        of the environment, too, is code (`require_named`).
-
-        Args:
-            task: from the file.
-            name: the controller's, for errors.
-
-        Raises:
-            TegotaeError: for code that the user did not name.
-        """
-        return cls.of_document(task.env, task.settings, f"the task of {name}")
 
     @classmethod
     def of_document(cls, env: str, settings: Mapping[str, Json], document: str) -> EnvSpec:

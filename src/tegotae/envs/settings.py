@@ -42,21 +42,16 @@ class _One(Term):
 
 @dataclass(frozen=True)
 class CommandedForce(Actuation):
-    """An actuator force that is commanded, `F_a = w` [N], with one weight w."""
+    """An actuator force that is commanded, `F_a = w` [N]: the weights are the commands."""
 
     @property
     def n_weights(self) -> int:
-        """The force itself."""
-        return 1
+        """Number of weights: one per command."""
+        return len(self.COMMANDS)
 
     def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
-        """w [N]."""
-        return weights[0]
-
-
-def force_controller() -> Controller:
-    """Return the controller whose one weight is the actuator force [N]."""
-    return Controller(CommandedForce())
+        """Return the command unchanged."""
+        return weights[0] if self.n_weights == 1 else jnp.stack(list(weights))
 
 
 def feedback_controller(actuation: Actuation, oscillator: Oscillator | None = None) -> Controller:
@@ -189,7 +184,7 @@ class HopperSettings(Part):
     @property
     def controller(self) -> Controller:
         """Controller between the agent and the body; its one weight is the action."""
-        return force_controller()
+        return Controller(CommandedForce())
 
     @property
     def action_scale(self) -> float:

@@ -57,6 +57,15 @@ class Wires:
         """Number of limbs."""
         return self.driven.shape[1]
 
+    def felt(self, signal: str, observed: np.ndarray) -> np.ndarray:
+        """Return a signal of all limbs, [limbs, lanes], of observations [lanes, entries].
+
+        What is below zero of a force counts as zero.
+        """
+        columns, sign = self.sensed[signal]
+        felt = sign[:, None] * observed[:, columns].T
+        return np.maximum(felt, 0.0) if signal == "spring_force" else felt
+
 
 def controller_of_wiring(wiring: Wiring) -> Controller:
     """Return the controller of all limbs: one unit each, with weights in common or of their own.

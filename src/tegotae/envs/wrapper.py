@@ -109,10 +109,8 @@ class Pilot:
         """
         wires, units = self._wires, self._units
         sensed = {}
-        for signal, (columns, sign) in wires.sensed.items():
-            felt = sign[:, None] * observed[:, columns].T
-            felt = np.maximum(felt, 0.0) if signal == "spring_force" else felt
-            felt = felt / units.value_of(signal)
+        for signal in wires.sensed:
+            felt = wires.felt(signal, observed) / units.value_of(signal)
             sensed[signal] = self._in_controller_layout(felt.astype(np.float32))
         extra = np.zeros((wires.limbs, self._lanes), np.float32)
         if added is not None:

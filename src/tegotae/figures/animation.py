@@ -280,9 +280,9 @@ def model_states(settings: ModelSettings, replay: Replay, steps: Collection[int]
         replay: the episode.
         steps: numbers of the steps.
     """
+    from tegotae.envs.mujoco.env import ModelLanes
     from tegotae.envs.mujoco.sensing import sensing
     from tegotae.envs.scaling import started
-    from tegotae.training.environments.rollouts import ModelLanes
 
     lanes, every, sensed = ModelLanes(settings, 1), np.ones(1, bool), sensing(settings)
     states: dict[int, np.ndarray] = {}

@@ -17,14 +17,13 @@ from numpy.typing import ArrayLike
 from tegotae._support.transforms import jit_with_static
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 from tegotae.analysis.generalisation.retention import EVENT_SHARE
+from tegotae.envs.settings import CommandedForce
 from tegotae.measures.objectives.fitness import EPISODE, Fitness, HopOutcome
 from tegotae.measures.objectives.walking import Walking, WalkOutcome
-from tegotae.parts._shapes import Weights
 from tegotae.parts.bodies import Body, Hopper, Walker
 from tegotae.parts.channels import FOOT
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import replace
-from tegotae.parts.terms import Actuation, Signals
 from tegotae.parts.terrains import Flat, Slope, Sum
 from tegotae.simulation.episode import EpisodeProgram, LaneInputs, LoopState, Shared
 from tegotae.simulation.integrators import Hold
@@ -37,21 +36,7 @@ from tegotae_robots.benchmark.subject import TRACKS, Driver, Entry, Subject, of_
 
 
 @dataclass(frozen=True)
-class GivenForce(Actuation):
-    """A command from elsewhere: the weights are its numbers."""
-
-    @property
-    def n_weights(self) -> int:
-        """Number of weights: one per command."""
-        return len(self.COMMANDS)
-
-    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
-        """Return the command unchanged."""
-        return weights[0] if self.n_weights == 1 else jnp.stack(list(weights))
-
-
-@dataclass(frozen=True)
-class GivenFoot(GivenForce):
+class CommandedFoot(CommandedForce):
     """A place of the foot from elsewhere: its weights are forward and up [m]."""
 
     COMMANDS = FOOT
@@ -67,7 +52,7 @@ class SimulatedSubject(Subject):
 
     BODY: ClassVar[Any]
     """The body."""
-    ACTUATION: ClassVar[GivenForce]
+    ACTUATION: ClassVar[CommandedForce]
     SENSES: ClassVar[Mapping[str, tuple[str, ...]]]
     """Names of the senses, by the track."""
     RELEASES: ClassVar[Mapping[str, tuple[float, float]]]
@@ -204,7 +189,7 @@ class HopperSubject(SimulatedSubject):
     TIMING = EPISODE
     OBJECTIVE = Fitness(settle_s=15.0)
     RANGE = (0.0, BODY.max_force_n)
-    ACTUATION = GivenForce()
+    ACTUATION = CommandedForce()
     SENSES: ClassVar = {"load": _LOAD, "load+imu": (*_LOAD, "velocity"), "all": Hopper.SENSES}
     RELEASES: ClassVar = {"height_m": (-0.1, 0.3), "velocity_m_per_s": (-0.5, 0.5)}
 
@@ -230,7 +215,7 @@ class QuadrupedSubject(SimulatedSubject):
     SPEED: ClassVar[float] = 0.25
     OBJECTIVE = Walking(speed_m_per_s=SPEED, settle_s=62.48)
     RANGE = (-BODY.rest_length_m, BODY.rest_length_m)
-    ACTUATION = GivenFoot()
+    ACTUATION = CommandedFoot()
     SENSES: ClassVar = {"load": _LOAD, "load+imu": (*_LOAD, *_TILT), "all": Walker.SENSES}
     RELEASES: ClassVar = {
         "height_m": (0.0, 0.05),

@@ -7,7 +7,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from tegotae.analysis.generalisation.retention import (
     retained,
 )
 from tegotae.envs._types import MjModel
+from tegotae.envs.mujoco.env import ModelLanes
 from tegotae.envs.mujoco.sensing import scale_model, sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.wrapper import Pilot
@@ -31,8 +32,6 @@ from tegotae.training.environments.experiment import EnvExperiment
 from tegotae.training.environments.rollouts import (
     LanePilot,
     Lanes,
-    ModelLanes,
-    Seeds,
     environment_lanes,
     play,
 )
@@ -87,14 +86,6 @@ class MujocoModel(EnvBody):
     at_s: float = math.inf
 
 
-_OF_PILOTS = frozenset(("strength", "lag_s", "delay_s", "noise", "seed", OMEGA))
-"""Names of what can be changed in any environment."""
-_OF_MODELS = frozenset(
-    ("mass_kg", "gravity_m_per_s2", "friction", "slope", *_PUSHES, "impulse_ns", "at_s")
-)
-"""Names of what can be changed of a MuJoCo model, too."""
-
-
 @dataclass(frozen=True)
 class EnvironmentUnderTest(Tested):
     """A set of controllers under test in the environment of their training.
@@ -123,7 +114,8 @@ class EnvironmentUnderTest(Tested):
     @property
     def CHANGED(self) -> frozenset[str]:  # type: ignore[override]  # noqa: N802
         """Names of the quantities that can be changed."""
-        return _OF_PILOTS | _OF_MODELS if self.is_model else _OF_PILOTS
+        fixed = {"limbs", "rest_length_m"} | (set() if self.is_model else {"gravity_m_per_s2"})
+        return frozenset(vars(self.body)) - fixed | {OMEGA}
 
     @property
     def kind(self) -> str:
@@ -281,7 +273,8 @@ class EnvironmentUnderTest(Tested):
         settings = dataclasses.replace(
             experiment.spec.model_settings, duration_s=experiment.duration_s
         )
-        return _PerturbedLanes(settings, self._models(settings, changes), changes)
+        push = partial(_push, changes, experiment.wires.step_s)
+        return ModelLanes(settings, count, models=self._models(settings, changes), push=push)
 
     def _models(self, settings: ModelSettings, changes: Mapping[str, LaneNumbers]) -> list[MjModel]:
         """Return a model for each lane; lanes that are alike share one."""
@@ -319,44 +312,11 @@ def _on_slope(gravity: np.ndarray, slope: float) -> np.ndarray:
     return turned
 
 
-class _PerturbedLanes(ModelLanes):
-    """Lanes of a model that are pushed.
-
-    Args:
-        settings: of the model.
-        models: model of each lane.
-        changes: of all lanes, by name.
-    """
-
-    def __init__(
-        self,
-        settings: ModelSettings,
-        models: Sequence[MjModel],
-        changes: Mapping[str, LaneNumbers],
-    ) -> None:
-        super().__init__(settings, len(models), models=models)
-        self._changes, self._done = changes, 0
-
-    def reset(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
-        """Begin an episode of some lanes."""
-        self._done = 0
-        return super().reset(seed, where)
-
-    def step(
-        self, actions: np.ndarray, alive: np.ndarray, push_n: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Step every lane that is alive, under its outer forces."""
-        step_s = self.batch.step_s
-        middle, self._done = SecondClock((self._done + 0.5) * step_s), self._done + 1
-        return super().step(actions, alive, _push(self._changes, middle, step_s))
-
-
-def _push(
-    changes: Mapping[str, LaneNumbers], clock: SecondClock, step_s: float
-) -> np.ndarray | None:
+def _push(changes: Mapping[str, LaneNumbers], step_s: float, middle_s: float) -> np.ndarray | None:
     """Return the external forces on the first body in a step with this middle [N], or None
     without any.
     """
+    clock = SecondClock(middle_s)
     force = [schedule_of(changes[name]).at(clock, 0.0) for name in _PUSHES]
     since_s = clock.since_s(changes["at_s"])
     strikes = (since_s >= 0.0) & (since_s < step_s)

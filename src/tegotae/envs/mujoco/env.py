@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import ModuleType
 
 import gymnasium
@@ -18,7 +18,7 @@ from tegotae._support.errors import (
     require_finite,
     require_known,
 )
-from tegotae.envs._types import Info, MjModel
+from tegotae.envs._types import Info, MjModel, Seeds
 from tegotae.envs.mujoco.sensing import Sensing, is_sound, sensing
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
 from tegotae.envs.scaling import gravity_m_per_s2
@@ -200,59 +200,96 @@ def _height_of(mujoco: ModuleType, model: MjModel) -> int:
     )
 
 
-class Fate:
-    """Rewards and ends of lanes that are stepped together.
+class ModelLanes:
+    """Lanes of a MuJoCo model, with the rewards and ends of their episodes (`ModelEnv`).
 
     Args:
         settings: of the model.
-        sensing: the model.
-        step_s: control period [s].
         lanes: how many.
+        threads: how many threads step them; one a core by default.
+        models: other models of the same shape, one a lane.
+        push: external force on the first body [N], [lanes, 3], or None, by the time of a step's
+            middle [s] since all lanes have begun.
     """
 
     def __init__(
-        self, settings: ModelSettings, sensing: Sensing, step_s: float, lanes: int = 1
+        self,
+        settings: ModelSettings,
+        lanes: int,
+        *,
+        threads: int | None = None,
+        models: Sequence[MjModel] | None = None,
+        push: Callable[[float], np.ndarray | None] = lambda time_s: None,
     ) -> None:
-        model = sensing.model
-        self.steps = max(1, round(settings.duration_s / step_s))
-        self._settings = settings
-        self._at = {n: sensing.names.index(f"root_{n}") for n in ("forward", "height", "upright")}
-        gravity = gravity_m_per_s2(model) or 1.0
-        self._weight_n = float(model.body_mass.sum()) * gravity
-        self._length_m = np.ones(lanes)
-        self._done = np.zeros(lanes, int)
-        self._seen = np.zeros((2, lanes))
+        self._settings, self.lanes, self._push = settings, lanes, push
+        self.sensing = sensing(settings)
+        self.batch = ModelBatch(
+            self.sensing, lanes, settings.control_s, threads=threads, models=models
+        )
+        self.steps = max(1, round(settings.duration_s / self.batch.step_s))
+        self.troubles = [""] * lanes
+        self.fallen = self.truncated = np.zeros(lanes, bool)
+        names, model = self.sensing.names, self.sensing.model
+        self._root = [names.index(f"root_{name}") for name in ("forward", "height", "upright")]
+        self._weight_n = float(model.body_mass.sum()) * (gravity_m_per_s2(model) or 1.0)
+        self._length_m, self._done = np.ones(lanes), np.zeros(lanes, int)
+        self._was = np.zeros((2, lanes))  # forward [m] and work [J] at the last step
 
-    def begin(self, observation: np.ndarray, where: np.ndarray | None = None) -> None:
-        """Begin a new episode from the observation at its start, [lanes, entries].
+    def reset(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
+        """Begin a new episode of some lanes; return the observations of all, [lanes, entries]."""
+        settings, noise = self._settings, None
+        if settings.noise:
+            seeds = np.broadcast_to(np.asarray(seed), (self.lanes,))
+            starts, lane_of = np.unique(seeds, return_inverse=True)
+            nv = self.sensing.model.nv
+            drawn = [np.random.default_rng(start).standard_normal(nv) for start in starts]
+            noise = settings.noise * np.stack(drawn)[lane_of]
+        observation = self.batch.reset(settings.release_m, noise, where)
+        forward, height, _ = observation[:, self._root].T
+        self._length_m = np.where(
+            where, np.maximum(height - settings.release_m, 1e-6), self._length_m
+        )
+        self._done = np.where(where, 0, self._done)
+        self._was = np.where(where, [forward, np.zeros(self.lanes)], self._was)
+        for lane in np.flatnonzero(where):
+            self.troubles[lane] = ""
+        return self._with_work(observation)
+
+    def step(
+        self, actions: np.ndarray, alive: np.ndarray, push_n: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Advance every living lane by a step; the others stand still.
 
         Args:
-            observation: what is observed.
-            where: of which lanes, [lanes]; of all by default.
-        """
-        if where is None:
-            where = np.ones(len(observation), bool)
-        height = observation[where, self._at["height"]] - self._settings.release_m
-        self._length_m[where] = np.maximum(height, 1e-6)
-        self._done[where] = 0
-        self._seen[0, where], self._seen[1, where] = observation[where, self._at["forward"]], 0.0
+            actions: commands, [lanes, actuators].
+            alive: whose episode goes on, [lanes].
+            push_n: an external force on the first body [N], [lanes, 3]; that of `push` by default.
 
-    def advance(
-        self, observation: np.ndarray, work_j: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Advance a step; return reward, whether it has fallen and whether the time is up, [lanes]
-        each.
+        Returns:
+            observations [lanes, entries], rewards and whether an episode is over, [lanes].
         """
-        self._done += 1
-        forward, previous = observation[:, self._at["forward"]], self._seen
-        went = (forward - previous[0]) / self._length_m
-        spent = (work_j - previous[1]) / (self._weight_n * self._length_m)
-        self._seen = np.stack([forward, work_j])
-        low = observation[:, self._at["height"]] < self._settings.fallen_share * self._length_m
-        fallen = (
-            low | (observation[:, self._at["upright"]] < 0.0) | ~is_sound(observation).all(axis=1)
-        )
-        return went - self._settings.effort * spent, fallen, self._done >= self.steps
+        if push_n is None:
+            push_n = self._push((self._done[0] + 0.5) * self.batch.step_s)
+        observation, length = self.batch.step(actions, push_n, alive), self._length_m
+        self._done = self._done + 1
+        forward, height, upright = observation[:, self._root].T
+        was, self._was = self._was, np.stack([forward, self.batch.work_j])
+        went, spent = (self._was - was) / (length * np.array([[1.0], [self._weight_n]]))
+        reward = went - self._settings.effort * spent
+        sound = is_sound(observation).all(axis=1)
+        low = height < self._settings.fallen_share * length
+        self.fallen, over = low | (upright < 0.0) | ~sound, self._done >= self.steps
+        self.truncated = over & ~self.fallen
+        for lane in np.flatnonzero(alive & ~sound):
+            self.troubles[lane] = "its state was not finite"
+        return self._with_work(observation), np.where(sound, reward, 0.0), self.fallen | over
+
+    def _with_work(self, observation: np.ndarray) -> np.ndarray:
+        return np.concatenate([observation, self.batch.work_j[:, None]], axis=1)
+
+    def close(self) -> None:
+        """End the threads."""
+        self.batch.close()
 
 
 class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
@@ -281,31 +318,26 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
 
     def __init__(self, settings: ModelSettings | None = None, **fields: object) -> None:
         self.settings = model_settings_of(settings, fields)
-        self.sensing = sensing(self.settings)
-        self.batch = ModelBatch(self.sensing, 1, self.settings.control_s, threads=1)
-        self.model = self.sensing.model
-        self.dt = self.batch.step_s
+        self._lanes = ModelLanes(self.settings, 1, threads=1)
+        self.sensing = self._lanes.sensing
+        self.model, self.dt = self.sensing.model, self._lanes.batch.step_s
         self.observation_names = (*self.sensing.names, "work")
         self.contact_names = self.sensing.contacts
         self.action_names = self.sensing.actions
         self.still_action = self.sensing.still
         self.force_limits = self.sensing.force_limits
-        self.fate = Fate(self.settings, self.sensing, self.dt)
         lower = np.append(self.sensing.lower, 0.0)
         self.observation_space = Box(lower, np.full_like(lower, np.inf), dtype=np.float64)
         self.action_space = _model_action_space(self.sensing)
-        self._seen: np.ndarray | None = None
+        self._begun = False
 
     def reset(
         self, *, seed: int | None = None, options: Info | None = None
     ) -> tuple[np.ndarray, Info]:
         """Reset the model to its release."""
         super().reset(seed=seed)
-        settings = self.settings
-        noise = settings.noise * self.np_random.standard_normal((1, self.model.nv))
-        self._seen = self.batch.reset(settings.release_m, noise if settings.noise else None)
-        self.fate.begin(self._seen)
-        return self._observation(self._seen), {}
+        self._begun = True
+        return self._lanes.reset(self.np_random, np.ones(1, bool))[0], {}
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, Info]:
         """Step one control period; the action is clipped to its bounds.
@@ -313,24 +345,21 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         Raises:
             TegotaeError: before `reset`, or for an action of the wrong shape.
         """
-        if self._seen is None:
+        if not self._begun:
             raise TegotaeError("the environment has no episode yet; call reset() before step()")
         action = np.asarray(action, float)
         space = self.action_space
         assert isinstance(space, Box)
         if action.shape != space.shape:
             raise TegotaeError(f"the action has shape {action.shape}; it must be {space.shape}")
-        self._seen = self.batch.step(np.clip(action, space.low, space.high)[None])
-        reward, fallen, over = self.fate.advance(self._seen, self.batch.work_j)
-        observation = self._observation(self._seen)
-        return observation, float(reward[0]), bool(fallen[0]), bool(over[0]), {}
-
-    def _observation(self, values: np.ndarray) -> np.ndarray:
-        return np.append(values[0], self.batch.work_j[0])
+        command = np.clip(action, space.low, space.high)[None]
+        observation, reward, _ = self._lanes.step(command, np.ones(1, bool))
+        ends = bool(self._lanes.fallen[0]), bool(self._lanes.truncated[0])
+        return observation[0], float(reward[0]), *ends, {}
 
     def close(self) -> None:
         """End its threads."""
-        self.batch.close()
+        self._lanes.close()
 
 
 def model_settings_of(

@@ -156,10 +156,8 @@ class LimbVecEnv(LaneVecEnv):
         """Return the observations, [lanes, columns], limb by limb."""
         phase, observation = self._pilot.phase, self._seen
         columns = [np.sin(phase), np.cos(phase)]
-        for name, (index, sign) in self._wires.sensed.items():
-            felt = sign[:, None] * observation[:, index].T
-            felt = np.maximum(felt, 0.0) if name == "spring_force" else felt
-            columns.append(felt / self._scales[name])
+        senses = self._wires.sensed
+        columns += [self._wires.felt(name, observation) / self._scales[name] for name in senses]
         of_limbs = np.stack(columns, axis=-1)  # [limbs, lanes, columns]
         rows = np.swapaxes(of_limbs, 0, 1).reshape(self.num_envs, -1)
         return np.concatenate([rows, observation[:, self._besides]], axis=1).astype(np.float32)

@@ -75,9 +75,15 @@ class EnvEvaluator(Evaluator):
         draws = [experiment.starts(seed, generation.number or 0) for seed in going_on]
         starts = [x for draw in draws for x in (np.repeat(draw[:1], per_seed, axis=0), fixed)]
         limit = len(generation.going) * rows
-        trials = self._evaluate_in_groups(
-            weights.reshape(-1, n_weights).astype(float), np.concatenate(starts), limit
-        )
+        if self._runner is None:  # groups of a fixed size, so that arithmetic is the same
+            lanes = min(_LANES, -(-limit // max(1, self._workers)))
+            self._runner = (
+                WorkerPool(experiment, self._workers, lanes)
+                if self._workers
+                else EnvRollouts(experiment, lanes)
+            )
+        rows_of_all = weights.reshape(-1, n_weights).astype(float)
+        trials = self._runner.try_out(rows_of_all, np.concatenate(starts))
         self._warn(trials)
         return Scores(
             trials.fitness.astype(np.float32).reshape(going, rows),
@@ -88,25 +94,6 @@ class EnvEvaluator(Evaluator):
     def mean(self, values: np.ndarray) -> np.ndarray:
         """Return the means over the last axis, in the order of summation of kept trainings."""
         return np.add.reduceat(values, [0], axis=-1)[..., 0] / values.shape[-1]
-
-    def _evaluate_in_groups(self, weights: np.ndarray, starts: np.ndarray, limit: int) -> Trials:
-        """Evaluate all lanes in groups of a fixed size, so that arithmetic is the same."""
-        lanes = min(_LANES, -(-limit // max(1, self._workers)))
-        if self._runner is None:
-            self._runner = (
-                WorkerPool(self._experiment, self._workers, lanes)
-                if self._workers
-                else EnvRollouts(self._experiment, lanes)
-            )
-        if isinstance(self._runner, WorkerPool):
-            return self._runner.try_out(weights, starts)
-        lanes = self._runner.lanes
-        return Trials.joined(
-            [
-                self._runner.try_out(weights[i : i + lanes], starts[i : i + lanes])
-                for i in range(0, len(weights), lanes)
-            ]
-        )
 
     def _warn(self, trials: Trials) -> None:
         """Warn once about each kind of error."""
@@ -165,18 +152,16 @@ class WorkerPool:
         self._experiment, self.lanes = experiment, lanes
         self._workers = [_EnvWorker(experiment, lanes) for _ in range(size)]
 
-    def try_out(self, weights: np.ndarray, starts: np.ndarray | None = None) -> Trials:
+    def try_out(self, weights: np.ndarray, starts: np.ndarray) -> Trials:
         """Evaluate candidates.
 
         Args:
             weights: [candidates, n_weights].
-            starts: seeds of the resets, [candidates, episodes]; those of the first set by default.
+            starts: seeds of the resets, [candidates, episodes].
 
         Raises:
             TegotaeError: if the workers die with every sample.
         """
-        if starts is None:
-            starts = np.tile(self._experiment.evaluation_starts[:1], (len(weights), 1))
         blocks = [slice(i, i + self.lanes) for i in range(0, len(weights), self.lanes)]
         jobs = [Job(weights[b], starts[b], [""] * len(weights[b])) for b in blocks]
         waiting, deaths = jobs.copy(), 0

@@ -216,7 +216,7 @@ class EnvExperiment(Part, Trainable):
             require_named(text, f"the objective of {saved.name}")
         return cls(
             name=saved.name.partition(" (")[0],  # of a set what differs in it follows
-            spec=EnvSpec.of_task(task, saved.name),
+            spec=EnvSpec.of_document(task.env, task.settings, f"the task of {saved.name}"),
             wiring=dataclasses.replace(wiring, omega=saved.system.omega),
             objective=restore(task.objective, Return | Hopping | UserObjective, "objective"),
             omegas=tuple(task.omegas),

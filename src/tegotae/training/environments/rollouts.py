@@ -10,11 +10,9 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from tegotae._support.errors import formatted, require
-from tegotae.envs._types import AnyEnv, MjModel, Observation
+from tegotae.envs._types import AnyEnv, Observation, Seeds
 from tegotae.envs.contact import flat_observation, with_contact
-from tegotae.envs.mujoco.env import Fate, ModelBatch
-from tegotae.envs.mujoco.sensing import is_sound, sensing
-from tegotae.envs.mujoco.settings import ModelSettings
+from tegotae.envs.mujoco.env import ModelLanes
 from tegotae.envs.wires import Wires
 from tegotae.envs.wiring import Wiring
 from tegotae.envs.wrapper import Pilot
@@ -24,8 +22,6 @@ from tegotae.training.environments.objectives import EpisodeBatch
 
 Beat = Callable[[int], None]
 """Called with the lane that takes a step before it, and with -1 after: this shows a hang."""
-Seeds = int | np.ndarray
-"""Seeds of the starts of episodes: one for all lanes, or one a lane, [lanes]."""
 
 
 class GymLanes:
@@ -143,77 +139,6 @@ class _Trouble(Exception):  # noqa: N818 - never seen outside
     """An environment violated its contract."""
 
 
-class ModelLanes:
-    """Lanes of a MuJoCo model: its physics in threads, rewards and ends as `ModelEnv` has them.
-
-    Args:
-        settings: of the model.
-        lanes: how many.
-        threads: how many threads step them; one a core by default.
-        models: other models of the same shape, one a lane.
-    """
-
-    def __init__(
-        self,
-        settings: ModelSettings,
-        lanes: int,
-        *,
-        threads: int | None = None,
-        models: Sequence[MjModel] | None = None,
-    ) -> None:
-        self._settings, self.lanes = settings, lanes
-        self._sensing = sensing(settings)
-        self.batch = ModelBatch(
-            self._sensing, lanes, settings.control_s, threads=threads, models=models
-        )
-        self._fate = Fate(settings, self._sensing, self.batch.step_s, lanes)
-        self.steps = self._fate.steps
-        self.troubles = [""] * lanes
-        self.truncated = np.zeros(lanes, bool)
-
-    def reset(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
-        """Begin a new episode of some lanes."""
-        observation = self.batch.reset(self._settings.release_m, self._noise(seed), where)
-        self._fate.begin(observation, where)
-        for lane in np.flatnonzero(where):
-            self.troubles[lane] = ""
-        return self._with_work(observation)
-
-    def _noise(self, seed: Seeds) -> np.ndarray | None:
-        """Return the noise of the positions at the start, [lanes, nv]."""
-        settings, nv = self._settings.noise, self._sensing.model.nv
-        if not settings:
-            return None
-        seeds, lane_of = np.unique(np.broadcast_to(seed, (self.lanes,)), return_inverse=True)
-        drawn = [np.random.default_rng(int(start)).standard_normal(nv) for start in seeds]
-        return settings * np.stack(drawn)[lane_of]
-
-    def step(
-        self, actions: np.ndarray, alive: np.ndarray, push_n: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Advance every living lane by a step; the others stand still.
-
-        Args:
-            actions: commands, [lanes, actuators].
-            alive: whose episode goes on, [lanes].
-            push_n: an external force on the first body [N], [lanes, 3]; none by default.
-        """
-        observation = self.batch.step(actions, push_n, alive)
-        reward, fallen, over = self._fate.advance(observation, self.batch.work_j)
-        self.truncated = over & ~fallen
-        sound = is_sound(observation).all(axis=1)
-        for lane in np.flatnonzero(alive & ~sound):
-            self.troubles[lane] = "its state was not finite"
-        return self._with_work(observation), np.where(sound, reward, 0.0), fallen | over
-
-    def _with_work(self, observation: np.ndarray) -> np.ndarray:
-        return np.concatenate([observation, self.batch.work_j[:, None]], axis=1)
-
-    def close(self) -> None:
-        """End the threads."""
-        self.batch.close()
-
-
 class Lanes(Protocol):
     """Episodes that are stepped together, in any simulator.
 
@@ -304,13 +229,16 @@ class EnvRollouts:
         """Evaluate candidates.
 
         Args:
-            weights: [candidates, n_weights], at most `lanes` of them.
+            weights: [candidates, n_weights].
             starts: seeds of the resets, [candidates, episodes]; those of the first set by default.
             troubles: of candidates that are not to be tried again, and count as failed.
         """
         experiment, count = self._experiment, len(weights)
         if starts is None:
             starts = np.tile(experiment.evaluation_starts[:1], (count, 1))
+        if count > self.lanes:
+            blocks = [slice(i, i + self.lanes) for i in range(0, count, self.lanes)]
+            return Trials.joined([self.try_out(weights[x], starts[x]) for x in blocks])
         # Always as many lanes, so that arithmetic is the same; spare ones are not played.
         rows = np.minimum(np.arange(self.lanes), count - 1)
         wrong = np.full(self.lanes, "", object)
