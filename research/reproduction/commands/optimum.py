@@ -66,10 +66,9 @@ class Optimum(Output):
                     series[name] = (np.concatenate(rates), np.concatenate(values))
         stances = {f"optimum, {self.omega:g} rad/s": _optimal_stance(self.omega)}
         for name in self.controller:
-            meant = resolve(name)
-            if not has_table(meant.body):
+            saved, path = controller_of(resolve(name)), Path(stem(name))
+            if not has_table(saved.system.body):
                 raise TegotaeError(f"{name} is for another body than the paper's hopper")
-            saved, path = controller_of(meant), Path(stem(name))
             orbit, gait = find_orbit(saved), _gait(saved)
             name = unique_label(saved, path, {**points, **longer})
             series = points if orbit.hops == 1 else longer

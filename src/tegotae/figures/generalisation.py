@@ -85,8 +85,8 @@ Line = Mapping[str, pd.DataFrame]
 
 
 def _shares(members: Sequence[Done], disturbances: Sequence[Disturbance]) -> Line:
-    tables = dict(enumerate(outcome.table for _, outcome in members))
-    combined = pd.concat(tables, names=["member", None]).reset_index("member")
+    tables = [outcome.table.assign(member=i) for i, (_, outcome) in enumerate(members)]
+    combined = pd.concat(tables)
     combined["whose"] = combined.groupby(["member", "run"]).ngroup()
     met, line = set(combined["condition"]), {}
     for disturbance in disturbances:

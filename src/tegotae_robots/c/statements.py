@@ -47,17 +47,19 @@ class Library:
     def name_of(self, procedure: Procedure) -> str:
         """Return the name of a procedure in C; the first call writes the procedure."""
         if id(procedure) not in self.names:
-            body = Statements(self, procedure.parameters)
-            results = body.all(procedure.results)
-            name = c_name(procedure.name, self.taken)
+            name, lines, results = self._body(procedure)
             parameters = ", ".join(f"{node.kind} {node.detail}" for node in procedure.inputs)
             kinds = [node.kind for node in procedure.results]
-            text = c_function(
-                name, parameters, body.lines, results, kinds, comment=procedure.summary
-            )
+            text = c_function(name, parameters, lines, results, kinds, comment=procedure.summary)
             self.names[id(procedure)] = name
             self.procedures.append(text)
         return self.names[id(procedure)]
+
+    def _body(self, procedure: Procedure) -> tuple[str, list[str], list[str]]:
+        """Return a procedure's name, its statements, and the texts of its results."""
+        body = Statements(self, procedure.parameters)
+        results = body.all(procedure.results)
+        return c_name(procedure.name, self.taken), body.lines, results
 
 
 _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
