@@ -269,7 +269,7 @@ def scores_table(measured: CalibrationTables) -> str:
 def choices(measured: CalibrationTables) -> str:
     """Tabulate for each choice the middle and the 90 % range of the posterior, and how narrow it
     is."""
-    scores, places, found = measured.scores, measured.places, measured.posterior
+    scores, places, posterior = measured.scores, measured.places, measured.posterior
     criteria = [(LEVELS.name, share) for share in SHARES]
     criteria += [(level.name, SHARE) for level in STRICTNESS if level is not LEVELS]
     rows = [["choice", "prior", "posterior", *(f"{name}, {share:.1%}" for name, share in criteria)]]
@@ -277,8 +277,10 @@ def choices(measured: CalibrationTables) -> str:
     for i, choice in enumerate(PRIOR):
         position, labels = places[:, i], [_label(choice, value) for value in choice.values]
         if choice.levels:
-            at = (np.isclose(position[found.accepted], choice.place(v)) for v in choice.values)
-            inside = " / ".join(f"{found.weights[mask].sum():.0%}" for mask in at)
+            masks = (
+                np.isclose(position[posterior.accepted], choice.place(v)) for v in choice.values
+            )
+            inside = " / ".join(f"{posterior.weights[mask].sum():.0%}" for mask in masks)
         else:
             values = (_inside(measured, position, q) for q in (0.5, 0.05, 0.95))
             texts = [_label(choice, value_at(choice, x)) for x in values]
@@ -302,8 +304,8 @@ def _label(choice: AnalysisChoice, value: object) -> str:
 
 def _inside(measured: CalibrationTables, values: np.ndarray, share: float = 0.5) -> float:
     """Return a quantile of the known values in the posterior."""
-    found = measured.posterior
-    values, weights = values[found.accepted], found.weights
+    posterior = measured.posterior
+    values, weights = values[posterior.accepted], posterior.weights
     values, weights = values[~np.isnan(values)], weights[~np.isnan(values)]
     order = np.argsort(values)
     reached = np.cumsum(weights[order]) / weights.sum()

@@ -261,7 +261,9 @@ def record_place(record: Record) -> DesignPlace:
     if (model := study_recipe(name)) is not None:
         return {**design_place(model), "parameters": parameters}
     senses = _senses(record.experiment)
-    known = (x.name for x in OBSERVATIONS.values() if {*x.senses} == senses and not x.of_body)
+    observations = (
+        x.name for x in OBSERVATIONS.values() if {*x.senses} == senses and not x.of_body
+    )
     omega_t = np.nan if omega is None else omega
     return {
         "model": name,
@@ -270,7 +272,7 @@ def record_place(record: Record) -> DesignPlace:
         "reaction": "",
         "gain": "",
         "actuation": "",
-        "observation": next(known, ""),
+        "observation": next(observations, ""),
         "omega_t": omega_t,
         "parameters": parameters,
     }

@@ -148,8 +148,10 @@ def test_effects_in_prose_are_those_of_the_tables(effects):
         for estimate in finding.by_count.values()
     }
     text = CLAIMS.read_text(encoding="utf-8")
-    # Contrasts are of another table, which test_prose_numbers compares by their keys.
-    quoted = re.findall(r"[+-]\d+\.\d\d \[-?\d+\.\d\d, -?\d+\.\d\d\](?!<!-- = contrast)", text)
+    # Contrasts and further statements have tables of their own, which test_prose_numbers reads.
+    other_tables = r'(?!<!-- = (?:contrast|effect\("statements"))'
+    interval = r"[+-]\d+\.\d\d \[-?\d+\.\d\d, -?\d+\.\d\d\]"
+    quoted = re.findall(interval + other_tables, text)
     assert len(quoted) >= 10
     assert set(quoted) - intervals == set()
 

@@ -93,7 +93,7 @@ def test_a_name_is_the_fields_term(word, definitions):
 @pytest.mark.parametrize(
     "file",
     [
-        "src/tegotae/api/experiments.py",
+        "src/tegotae/api/training.py",
         "research/reproduction/readings/named.py",
         "research/reproduction/commands/gain_map.py",
         "docs/oscillators.md",

@@ -92,8 +92,8 @@ def best_of(runs: pd.DataFrame, outcome: str, number: int) -> pd.DataFrame:
     for omega, rows in runs.groupby("omega_t"):
         order = rows.sort_values(f"{outcome}_{CHOSEN}", ascending=False, kind="stable")
         values, n = order[f"{outcome}_{EVALUATED}"].to_numpy(), min(number, len(order))
-        ways = [math.comb(len(values) - k - 1, n - 1) for k in range(len(values))]
-        expected[omega] = float(np.array(ways) / math.comb(len(values), n) @ values)
+        counts = [math.comb(len(values) - k - 1, n - 1) for k in range(len(values))]
+        expected[omega] = float(np.array(counts) / math.comb(len(values), n) @ values)
     return pd.DataFrame([expected])
 
 
@@ -164,8 +164,8 @@ def contrast_rows(bodies: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     """
     rows = []
     for body, runs in bodies.items():
-        kept = {x: y for x, y in EPISODES.items() if f"{y}_{EVALUATED}" in runs}
-        for episodes, outcome in kept.items():
+        outcomes = {x: y for x, y in EPISODES.items() if f"{y}_{EVALUATED}" in runs}
+        for episodes, outcome in outcomes.items():
             for name, comparison in comparisons(runs, outcome).items():
                 by_omega = comparison.differences.mean(axis=0)
                 low, high = comparison.interval

@@ -59,16 +59,16 @@ def judge(
         statements: which statements.
         resamples: how often the runs are drawn anew.
     """
-    results, known = [], {}
+    results, resampled = [], {}
     for statement in statements:
         if isinstance(statement.number, OfHorizon):
             by_count = {EVERYWHERE: _of_horizon(statement.number.model, experiments)}
         else:
             key = statement.source, statement.drive
-            if key not in known:
+            if key not in resampled:
                 table = _table(study, folder, *key)
-                known[key] = Resampled(StudyTable(_columns(table)), resamples)
-            by_count = _by_count(statement, known[key])
+                resampled[key] = Resampled(StudyTable(_columns(table)), resamples)
+            by_count = _by_count(statement, resampled[key])
         results.append(Finding(statement, by_count))
     return results
 
@@ -94,13 +94,13 @@ def _table(study: pd.DataFrame, folder: Path, source: str, drive: str) -> pd.Dat
     if source == HELD:
         return pd.concat([study.query("architecture == 'V'"), beside], ignore_index=True)
     if source == CUT:
-        whole, changed = beside, beside.assign(settled=beside.settled_cut)
+        unchanged, changed = beside, beside.assign(settled=beside.settled_cut)
     else:
-        whole, changed = study[study.model.isin(beside.model)], beside
+        unchanged, changed = study[study.model.isin(beside.model)], beside
     return pd.concat(
         [
             part.assign(model=part.model + "/" + name, architecture=name)
-            for part, name in ((whole, BEFORE), (changed, AFTER))
+            for part, name in ((unchanged, BEFORE), (changed, AFTER))
         ],
         ignore_index=True,
     )
@@ -131,7 +131,7 @@ def _of_draws(values: np.ndarray, size: float) -> EffectEstimate:
     return EffectEstimate(float(values[0]), float(low), float(high), size)
 
 
-def _at(runs: Resampled, count: Count) -> np.ndarray:
+def _mask(runs: Resampled, count: Count) -> np.ndarray:
     """Return the mask of the models that count, [models]."""
     omega = runs.models.omega_t
     return np.isfinite(omega) if count.omega_t == ALL else omega == float(count.omega_t)
@@ -139,12 +139,14 @@ def _at(runs: Resampled, count: Count) -> np.ndarray:
 
 def balance(number: Balance, runs: Resampled, count: Count) -> EffectEstimate:
     """Return the loss by ẏ minus the gain, and the gain as its size."""
-    models, at = runs.models, _at(runs, count)
+    models, mask = runs.models, _mask(runs, count)
 
     def change(metric: str) -> np.ndarray:
         values = runs.values(metric, count)
         levels = [
-            mean_defined(values[:, at & (models.architecture == name) & (models.observation == s)])
+            mean_defined(
+                values[:, mask & (models.architecture == name) & (models.observation == s)]
+            )
             for s in ("Fv", "F")
             for name in LEARNED_FEEDBACK
         ]
@@ -158,9 +160,9 @@ def balance(number: Balance, runs: Resampled, count: Count) -> EffectEstimate:
 
 def joint_reach(number: JointReach, runs: Resampled, count: Count) -> EffectEstimate:
     """Return the reach of the best model minus that of shuffled ones, which is its size."""
-    at = _at(runs, count)
+    mask = _mask(runs, count)
     groups_of = [
-        at & (runs.models.omega_t == omega) for omega in np.unique(runs.models.omega_t[at])
+        mask & (runs.models.omega_t == omega) for omega in np.unique(runs.models.omega_t[mask])
     ]
     ranks = []
     for metric in number.metrics:
@@ -199,5 +201,5 @@ def _of_horizon(model: str, experiments: Path) -> EffectEstimate:
         for name, file in (("ppo, suited", "second_look.csv"), ("ppo", "figure3.csv"))
     }
     longer, shorter = runs.values()
-    found = difference(longer, shorter)
-    return EffectEstimate(found.mean, found.low, found.high, float(np.mean(shorter)))
+    estimate = difference(longer, shorter)
+    return EffectEstimate(estimate.mean, estimate.low, estimate.high, float(np.mean(shorter)))

@@ -29,16 +29,16 @@ def measure_models(study: pd.DataFrame, file: Path) -> pd.DataFrame:
         study: the study's runs, as `export` writes them.
         file: the table, written after every model; what it has is not measured again.
     """
-    done = [pd.read_csv(file)] if file.exists() else []
-    known = set(done[0].model) if done else set()
+    tables = [pd.read_csv(file)] if file.exists() else []
+    measured_models = set(tables[0].model) if tables else set()
     for model, runs in study.groupby("model", sort=False):
-        if model in known or runs.architecture.iloc[0] == "T":
+        if model in measured_models or runs.architecture.iloc[0] == "T":
             continue
         begun = time.monotonic()
-        done.append(_measured(str(model), runs))
-        pd.concat(done, ignore_index=True).to_csv(file, index=False, float_format="%.6g")
+        tables.append(_measured(str(model), runs))
+        pd.concat(tables, ignore_index=True).to_csv(file, index=False, float_format="%.6g")
         print(f"{model}: {time.monotonic() - begun:.0f} s", flush=True)
-    table = pd.concat(done, ignore_index=True)
+    table = pd.concat(tables, ignore_index=True)
     places = {model: i for i, model in enumerate(study.model.unique())}
     table = table.sort_values(
         ["model", "run"], key=lambda x: x.map(places) if x.name == "model" else x
@@ -58,20 +58,20 @@ def _measured(model: str, runs: pd.DataFrame) -> pd.DataFrame:
     columns: dict[str, np.ndarray] = {}
     with push_metrics():
         settings = {"start": start, "integrator": experiment.system.integrator}
-        at = (experiment.omega, experiment.body, _PROTOCOL)
+        setting = (experiment.omega, experiment.body, _PROTOCOL)
         if pushes:
-            whole = evaluate(
-                experiment.controller, weights, *at, [x.name for x in PUSH], **settings
+            evaluation = evaluate(
+                experiment.controller, weights, *setting, [x.name for x in PUSH], **settings
             )
-            columns |= {x.name: mean_defined(whole.episodes[x.name]) for x in PUSH[:3]}
-            cos, sin = (whole.episodes[x.name] for x in PUSH[3:])
+            columns |= {x.name: mean_defined(evaluation.episodes[x.name]) for x in PUSH[:3]}
+            cos, sin = (evaluation.episodes[x.name] for x in PUSH[3:])
             columns["onset_spread"] = spread(cos, sin)
         clock, cut = with_held_feedback(experiment.controller, weights)
         columns["settled_cut"] = mean_defined(
-            evaluate(clock, cut, *at, [_SETTLED], **settings).episodes[_SETTLED]
+            evaluate(clock, cut, *setting, [_SETTLED], **settings).episodes[_SETTLED]
         )
-    kept = pd.DataFrame(runs[[*_KEYS]]).rename(columns={"limit_cycle_share": "settled"})
-    return kept.reset_index(drop=True).assign(**columns)
+    settled = pd.DataFrame(runs[[*_KEYS]]).rename(columns={"limit_cycle_share": "settled"})
+    return settled.reset_index(drop=True).assign(**columns)
 
 
 _KEYS = (

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from tegotae._support.transforms import jit_with_static
 from tegotae.parts._shapes import Index, Weights
 from tegotae.parts.bodies import Body
-from tegotae.simulation.loop import ClosedLoop, Lane
+from tegotae.simulation.loop import ClosedLoop, Lane, Tick
 from tegotae.simulation.recorder import RecordedFrame, Recorder, Trajectory
 from tegotae.simulation.world import Scenario, ground_m, whole_run
 
@@ -109,5 +109,9 @@ def _spread(loop: ClosedLoop, lanes: LaneInputs, shared: Shared) -> tuple[Weight
     return weights, body, scenario
 
 
-_tick = jit_with_static(ClosedLoop.tick, (0,), inline=True)
+def _advanced(loop: ClosedLoop, *inputs: Any) -> tuple[Lane, Tick]:
+    return loop.tick(*inputs)
+
+
+_tick = jit_with_static(_advanced, (0,), inline=True)
 """`ClosedLoop.tick`, traced once for all programs of a loop, and part of each as it is."""

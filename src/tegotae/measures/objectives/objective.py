@@ -122,7 +122,13 @@ class Objective(Part, ABC):
 
 
 def require_settled(timing: Timing, settle_s: float, least_s: float) -> None:
-    """Raise `TegotaeError` if an episode leaves less than a time [s] after that to settle [s]."""
+    """Raise `TegotaeError` if an episode leaves too little time after it has settled.
+
+    Args:
+        timing: of the episode.
+        settle_s: time to settle [s].
+        least_s: least time after that [s].
+    """
     if timing.duration_s < settle_s + least_s:
         raise TegotaeError(
             f"an episode of {timing.duration_s:g} s leaves less than {least_s:g} s after settling "
