@@ -19,7 +19,6 @@ from tegotae.cli import main
 from tegotae.envs.mujoco.env import ModelEnv
 from tegotae.envs.wrapper import Pilot
 from tegotae.figures import animation as filming
-from tegotae.simulation.schedules import SecondClock
 from tegotae.systems import controller_file
 from tegotae.training.collection import read_runs
 from tegotae.training.environments.experiment import EnvExperiment
@@ -172,7 +171,7 @@ def test_a_wind_that_rises_acts_on_a_model_and_blows_strike_it_once(file):
     end_s = wind["push_z_n"].until_s
     weight_n = tested.body.mass_kg * tested.body.gravity_m_per_s2
     for time_s, force_n in ((0.505, 20.0), (0.6, None), (0.5 * (1.0 + end_s), -0.25 * weight_n)):
-        push = _push(changes, SecondClock(time_s), 0.01)
+        push = _push(changes, 0.01, time_s)
         assert (push is None) if force_n is None else push[0, 2] == pytest.approx(force_n)
     wiring = tested.experiment.wiring
     still = Pilot(tested.experiment.wires, wiring, np.zeros((1, 2)))

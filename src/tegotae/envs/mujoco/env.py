@@ -239,7 +239,7 @@ class ModelLanes:
         """Begin a new episode of some lanes; return the observations of all, [lanes, entries]."""
         settings, noise = self._settings, None
         if settings.noise:
-            seeds = np.broadcast_to(np.asarray(seed), (self.lanes,))
+            seeds = np.broadcast_to(np.asarray(seed), (self.lanes,))  # type: ignore[arg-type]
             starts, lane_of = np.unique(seeds, return_inverse=True)
             nv = self.sensing.model.nv
             drawn = [np.random.default_rng(start).standard_normal(nv) for start in starts]
