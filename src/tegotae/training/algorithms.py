@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import Field, dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -116,13 +116,27 @@ def _with_settings(state: SearchState, settings: dict[str, float]) -> SearchStat
     return state.replace(opt_state=optimiser._replace(hyperparams=hyperparams))
 
 
-def _require_pairs(population: int, label: str) -> None:
-    if population % 2:
-        raise TegotaeError(f"population is {population}; {label} samples pairs, so it must be even")
+class _EvosaxAlgorithm(Algorithm):
+    """An algorithm of evosax, compiled once for all settings of a population."""
+
+    PAIRS: ClassVar[bool] = False
+    """True if samples come in pairs, so that the population is even."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.PAIRS and self.population % 2:
+            raise TegotaeError(
+                f"population is {self.population}; {self.TITLE} samples pairs, so it must be even"
+            )
+
+    @property
+    def program(self) -> Self:
+        """The population alone."""
+        return type(self)(population=self.population)  # type: ignore[call-arg]
 
 
 @dataclass(frozen=True, kw_only=True)
-class PGPE(Algorithm):
+class PGPE(_EvosaxAlgorithm):
     """PGPE with antithetic pairs, centred ranks and ClipUp, as in the paper (through evosax).
 
     With samples `θ± = μ ± ε`, ε ~ N(0, σ²), and centred ranks r of their fitness:
@@ -142,6 +156,7 @@ class PGPE(Algorithm):
 
     NAME = "pgpe"
     TITLE = "PGPE"
+    PAIRS = True
 
     population: int = whole(32, least=2)
     """Episodes per generation: an even number."""
@@ -157,15 +172,6 @@ class PGPE(Algorithm):
     """ClipUp's largest step."""
     momentum: float = not_negative(0.9)
     """ClipUp's momentum."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _require_pairs(self.population, "PGPE")
-
-    @property
-    def program(self) -> PGPE:
-        """The population alone."""
-        return PGPE(population=self.population)
 
     def make(self, n_weights: int) -> Strategy:
         """Make evosax's PGPE."""
@@ -196,7 +202,7 @@ class PGPE(Algorithm):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CMAES(Algorithm):
+class CMAES(_EvosaxAlgorithm):
     """CMA-ES with its standard settings (through evosax).
 
     Candidates are θ ~ N(μ, s² C); weighted by the ranks of their fitness, they move the mean μ, the
@@ -218,11 +224,6 @@ class CMAES(Algorithm):
     std: float = positive(0.3)
     """Initial step size, the standard deviation of every weight."""
 
-    @property
-    def program(self) -> CMAES:
-        """The population alone."""
-        return CMAES(population=self.population)
-
     def make(self, n_weights: int) -> Strategy:
         """Make evosax's CMA-ES."""
         from evosax.algorithms import CMA_ES
@@ -238,14 +239,13 @@ class CMAES(Algorithm):
         """
         return lambda *arrays: jax.lax.map(lambda of_seed: function(*of_seed), arrays)
 
-    def parameters(self, n_weights: int):
+    def parameters(self, n_weights: int) -> Parameters:
         """Return evosax's parameters."""
-        defaults = self.strategy(n_weights).default_params
-        return defaults.replace(std_init=jnp.asarray(self.std))
+        return self.strategy(n_weights).default_params.replace(std_init=jnp.asarray(self.std))
 
 
 @dataclass(frozen=True, kw_only=True)
-class OpenES(Algorithm):
+class OpenES(_EvosaxAlgorithm):
     """OpenAI-ES: antithetic pairs, centred ranks, Adam, a fixed deviation (through evosax).
 
     With samples `θ± = μ ± σ ε`, ε ~ N(0, 1), and centred ranks r of their fitness, Adam moves μ
@@ -260,6 +260,7 @@ class OpenES(Algorithm):
 
     NAME = "openai-es"
     TITLE = "OpenAI-ES"
+    PAIRS = True
 
     population: int = whole(64, least=2)
     """Episodes per generation: an even number."""
@@ -267,15 +268,6 @@ class OpenES(Algorithm):
     """Standard deviation of every weight."""
     learning_rate: float = positive(0.05)
     """Adam's step size."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _require_pairs(self.population, "OpenAI-ES")
-
-    @property
-    def program(self) -> OpenES:
-        """The population alone."""
-        return OpenES(population=self.population)
 
     def make(self, n_weights: int) -> Strategy:
         """Make evosax's OpenAI-ES, with the deviation kept in its state."""
@@ -302,7 +294,7 @@ class OpenES(Algorithm):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SNES(Algorithm):
+class SNES(_EvosaxAlgorithm):
     """Separable natural evolution strategy, with its standard settings (through evosax).
 
     With samples `θ = μ + σ z`, z ~ N(0, 1), and utilities u of the ranks of their fitness, which
@@ -327,18 +319,13 @@ class SNES(Algorithm):
     std: float = positive(0.3)
     """Initial standard deviation of every weight."""
 
-    @property
-    def program(self) -> SNES:
-        """The population alone."""
-        return SNES(population=self.population)
-
     def make(self, n_weights: int) -> Strategy:
         """Make evosax's SNES."""
         from evosax.algorithms import SNES as EvosaxSNES  # noqa: N811
 
         return EvosaxSNES(self.population, jnp.zeros(n_weights))
 
-    def parameters(self, n_weights: int):
+    def parameters(self, n_weights: int) -> Parameters:
         """Return evosax's parameters."""
         return self.strategy(n_weights).default_params.replace(std_init=jnp.asarray(self.std))
 
