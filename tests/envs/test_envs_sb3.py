@@ -14,7 +14,7 @@ from stable_baselines3 import PPO  # noqa: E402
 from stable_baselines3.common.env_checker import check_env  # noqa: E402
 from stable_baselines3.common.evaluation import evaluate_policy  # noqa: E402
 from stable_baselines3.common.monitor import Monitor  # noqa: E402
-from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor  # noqa: E402
+from stable_baselines3.common.vec_env import DummyVecEnv  # noqa: E402
 
 from refusals import refused  # noqa: E402
 from tegotae.envs import ENVIRONMENTS, make_sb3  # noqa: E402
@@ -67,16 +67,6 @@ def test_batch_trains_and_evaluates_an_agent():
     assert len(agent.ep_info_buffer) > 0
     mean, _ = evaluate_policy(agent, envs, n_eval_episodes=4)
     assert np.isfinite(mean)
-
-
-@pytest.mark.filterwarnings("ignore:The environment is already wrapped with a `Monitor`")
-def test_batch_works_under_its_wrappers():
-    envs = VecMonitor(make_sb3("tegotae/Hopper-v0", 3, duration_s=0.05))
-    envs.reset()
-    for _ in range(5):
-        _, _, process, infos = envs.step(np.zeros((3, 1), np.float32))
-    assert process.all()
-    assert [info["episode"]["l"] for info in infos] == [5] * 3
 
 
 def test_options_and_seeds_are_spent_by_one_reset():

@@ -40,7 +40,7 @@ from tegotae.envs.wiring import Limb, Wiring, load_wiring, save_wiring  # noqa: 
 from tegotae.envs.wrapper import TegotaeWrapper  # noqa: E402
 
 if TYPE_CHECKING:
-    from tegotae.envs.sb3 import HopperVecEnv
+    from stable_baselines3.common.vec_env import VecMonitor
 
 for _name in ENVIRONMENTS.keys() - gymnasium.registry.keys():
     _kind = _name.removeprefix("tegotae/").removesuffix("-v0")
@@ -76,8 +76,11 @@ __all__ = [
 
 def make_sb3(
     name: str, num_envs: int = 1, *, render_mode: str | None = None, **settings: object
-) -> HopperVecEnv:
+) -> VecMonitor:
     """Return many hoppers as a Stable-Baselines3 `VecEnv`.
+
+    Its monitor writes return, length and time of an episode that ends into `info`, so that
+    Stable-Baselines3 logs its usual curves.
 
     Args:
         name: `tegotae/Hopper-v0` or `tegotae/TegotaeHopper-v0`.
@@ -95,6 +98,10 @@ def make_sb3(
         (64, 3)
     """
     require_known("environment", name, ENVIRONMENTS)
-    from tegotae.envs.sb3 import HopperVecEnv
+    from tegotae.envs.sb3 import HopperVecEnv  # first, for it says which extra is missing
 
-    return HopperVecEnv(hopper_settings_of(ENVIRONMENTS[name], settings), num_envs, render_mode)
+    # isort: split
+    from stable_baselines3.common.vec_env import VecMonitor
+
+    chosen = hopper_settings_of(ENVIRONMENTS[name], settings)
+    return VecMonitor(HopperVecEnv(chosen, num_envs, render_mode))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NoReturn
 
@@ -18,7 +17,6 @@ from tegotae.envs.settings import HopperSettings
 
 require("stable_baselines3", "sb3")
 
-from stable_baselines3.common.monitor import Monitor  # noqa: E402
 from stable_baselines3.common.vec_env import VecEnv  # noqa: E402
 
 
@@ -47,19 +45,16 @@ class LaneVecEnv(VecEnv):
     def env_is_wrapped(
         self, wrapper_class: type[gymnasium.Wrapper], indices: int | Iterable[int] | None = None
     ) -> list[bool]:
-        """Return False for each requested lane, but True for `Monitor`, whose record is kept
-        here.
-        """
-        return [wrapper_class is Monitor for _ in self._get_indices(indices)]
+        """Return False for each requested lane."""
+        return [False for _ in self._get_indices(indices)]
 
 
 class HopperVecEnv(LaneVecEnv):
     """Many hopper environments as one Stable-Baselines3 `VecEnv`; see `make_sb3`.
 
     A lane whose episode ends is reset within the same step; its `info` then holds
-    `terminal_observation`, `TimeLimit.truncated`, the episode's `telemetry`, and what SB3's
-    `Monitor` writes as `episode` (return r, length l, seconds t), so that SB3 logs its usual
-    curves. In other steps a lane's `info` is empty.
+    `terminal_observation`, `TimeLimit.truncated` and the episode's `telemetry`. In other steps a
+    lane's `info` is empty.
 
     Args:
         settings: `HopperSettings` or `TegotaeHopperSettings`.
@@ -78,10 +73,7 @@ class HopperVecEnv(LaneVecEnv):
         self.render_mode = render_mode
         self._hoppers = Hoppers(settings, num_envs)
         self._actions = np.zeros((num_envs, 1), np.float32)
-        self._returns = np.zeros(num_envs)
-        self._lengths = np.zeros(num_envs, np.int64)
         self._last: EnvStep | None = None
-        self._begun = time.time()
         super().__init__(num_envs, observation_space(settings), action_space())
 
     def reset(self) -> np.ndarray:
@@ -90,8 +82,6 @@ class HopperVecEnv(LaneVecEnv):
         step = self._last = self._hoppers.reset(options=_columns(self._options))
         self._reset_seeds()
         self._reset_options()
-        self._returns[:] = 0.0
-        self._lengths[:] = 0
         self.reset_infos = [step.info(lane) for lane in range(self.num_envs)]
         return step.observation
 
@@ -102,27 +92,17 @@ class HopperVecEnv(LaneVecEnv):
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[Info]]:
         """Step, and begin new episodes where one ended."""
         step = self._last = self._hoppers.step(self._actions)
-        self._returns += step.reward
-        self._lengths += 1
         ended = step.terminated | step.truncated
         infos: list[Info] = [{} for _ in range(self.num_envs)]
         if ended.any():
-            elapsed = round(time.time() - self._begun, 6)
             self._last = self._hoppers.reset(ended)
             for lane in np.flatnonzero(ended).tolist():
                 infos[lane] = {
                     "terminal_observation": step.observation[lane].copy(),
                     "TimeLimit.truncated": bool(step.truncated[lane]),
                     "telemetry": step.info(lane),
-                    "episode": {
-                        "r": round(float(self._returns[lane]), 6),
-                        "l": int(self._lengths[lane]),
-                        "t": elapsed,
-                    },
                 }
                 self.reset_infos[lane] = self._last.info(lane)
-            self._returns[ended] = 0.0
-            self._lengths[ended] = 0
         return self._last.observation, step.reward, ended, infos
 
     def close(self) -> None:

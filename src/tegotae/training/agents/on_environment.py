@@ -115,7 +115,7 @@ class LimbVecEnv(LaneVecEnv):
         """
         self._episode = np.arange(self.num_envs) % self._own.episodes - 1
         self._begun = np.zeros(self.num_envs, int)
-        self._length, self._return = np.zeros(self.num_envs, int), np.zeros(self.num_envs)
+        self._length = np.zeros(self.num_envs, int)
         self._omega = np.zeros(self.num_envs)
         self._begin(np.ones(self.num_envs, bool))
         return self._observations()
@@ -134,7 +134,7 @@ class LimbVecEnv(LaneVecEnv):
         self._check(where)
         self._pilot.restart(where, self._omega)
         self._reward.begin(self._seen, where)
-        self._length[where], self._return[where] = 0, 0.0
+        self._length[where] = 0
 
     def _check(self, begun: np.ndarray) -> None:
         """Raise `TegotaeError` for an environment that cannot be reset; warn of other troubles."""
@@ -185,7 +185,6 @@ class LimbVecEnv(LaneVecEnv):
                 break
         over = ~going
         rewards += self._reward.at_the_end(over)
-        self._return += rewards
         columns = self._observations()
         infos: list[Info] = [{} for _ in range(n)]
         if over.any():
@@ -193,7 +192,6 @@ class LimbVecEnv(LaneVecEnv):
                 infos[lane] = {
                     "terminal_observation": columns[lane],
                     "TimeLimit.truncated": bool(cut[lane]),
-                    "episode": {"r": float(self._return[lane]), "l": int(self._length[lane])},
                 }
             self._check(np.zeros(n, bool))
             self._begin(over)
