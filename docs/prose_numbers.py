@@ -301,13 +301,13 @@ def of_calibrated_optimum(kind: str) -> np.ndarray:
     return value / np.interp(rate, line.omega, line.cot_inverse)
 
 
-def contrast(body: str, comparison: str) -> tuple[float, float, float]:
+def contrast(body: str, comparison: str, episodes: str = "all") -> tuple[float, float, float]:
     """An equal comparison over all training frequencies [m/J], with its 95 % interval.
 
-    A body such as "study-80s" is one whose evaluation was changed.
+    A body such as "study-80s" is one whose evaluation was changed; episodes are all or locked.
     """
     table_name = "learning/contrasts-window" if "-" in body else "learning/contrasts"
-    kept = rows(table_name, body=body, comparison=comparison, episodes="all")
+    kept = rows(table_name, body=body, comparison=comparison, episodes=episodes)
     return kept["all"].item(), kept.low.item(), kept.high.item()
 
 
