@@ -61,7 +61,7 @@ class GymLanes:
             seed: of the starts: lanes of the same seed have the same one.
             where: which lanes, [lanes]; the others stay as they are.
         """
-        seeds = np.broadcast_to(seed, (self.lanes,))
+        seeds = np.broadcast_to(np.asarray(seed), (self.lanes,))
         while len(self._envs) < self.lanes:
             self._envs.append(self._make())
         for lane in map(int, np.flatnonzero(where)):
