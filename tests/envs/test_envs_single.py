@@ -22,9 +22,9 @@ from tegotae.envs import (  # noqa: E402
     TegotaeHopperEnv,
     TegotaeHopperSettings,
 )
-from tegotae.envs.settings import CommandedForce  # noqa: E402
 from tegotae.measures.hopping.hopping import whole_hops  # noqa: E402
 from tegotae.parts.controller import Controller  # noqa: E402
+from tegotae.parts.terms.actuation import CommandedForce  # noqa: E402
 from tegotae.simulation.integrators import Hold  # noqa: E402
 from tegotae.systems.recipe import recipe  # noqa: E402
 

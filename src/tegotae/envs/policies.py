@@ -24,12 +24,13 @@ from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, other_code, require, require_known
 from tegotae._support.files import require_short, require_small
-from tegotae.envs.settings import Chosen, CommandedForce, HopperSettings, TegotaeHopperSettings
+from tegotae.envs.settings import Chosen, HopperSettings, TegotaeHopperSettings
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.controller import Controller
 from tegotae.parts.oscillators import PhaseOscillator
 from tegotae.parts.parameters import Part, finite, positive
 from tegotae.parts.terms import Signals
+from tegotae.parts.terms.actuation import CommandedForce
 from tegotae.systems.registry import is_reference, load_object
 
 _TICK_S = 0.001

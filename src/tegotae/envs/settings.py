@@ -28,6 +28,7 @@ from tegotae.parts.terms import (
     Signals,
     Term,
 )
+from tegotae.parts.terms.actuation import CommandedForce
 from tegotae.simulation.rollout import Scenario
 
 
@@ -38,20 +39,6 @@ class _One(Term):
     def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
         """Return 1."""
         return jnp.ones_like(next(iter(signals.values.values())))
-
-
-@dataclass(frozen=True)
-class CommandedForce(Actuation):
-    """An actuator force that is commanded, `F_a = w` [N]: the weights are the commands."""
-
-    @property
-    def n_weights(self) -> int:
-        """Number of weights: one per command."""
-        return len(self.COMMANDS)
-
-    def __call__(self, weights: Sequence[jax.Array], signals: Signals) -> jax.Array:
-        """Return the command unchanged."""
-        return weights[0] if self.n_weights == 1 else jnp.stack(list(weights))
 
 
 def feedback_controller(actuation: Actuation, oscillator: Oscillator | None = None) -> Controller:

@@ -17,13 +17,13 @@ from numpy.typing import ArrayLike
 from tegotae._support.transforms import jit_with_static
 from tegotae.analysis.generalisation.on_engine import ControllersUnderTest
 from tegotae.analysis.generalisation.retention import EVENT_SHARE
-from tegotae.envs.settings import CommandedForce
 from tegotae.measures.objectives.fitness import EPISODE, Fitness, HopOutcome
 from tegotae.measures.objectives.walking import Walking, WalkOutcome
 from tegotae.parts.bodies import Body, Hopper, Walker
 from tegotae.parts.channels import FOOT
 from tegotae.parts.controller import Controller
 from tegotae.parts.fields import replace
+from tegotae.parts.terms.actuation import CommandedForce
 from tegotae.parts.terrains import Flat, Slope, Sum
 from tegotae.simulation.episode import EpisodeProgram, LaneInputs, LoopState, Shared
 from tegotae.simulation.integrators import Hold

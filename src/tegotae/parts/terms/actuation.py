@@ -283,3 +283,24 @@ class LearnedActuation(Network, Actuation):
         >>> LearnedActuation(("phase", "feedback"), hidden=4).n_weights
         20
     """
+
+
+@dataclass(frozen=True)
+class CommandedForce(Actuation):
+    """A force `F_a = w` [N] that is commanded from outside: the weights are the commands.
+
+    Source: of this library; it is the action of agents and of policies in the benchmark.
+
+    Example:
+        >>> CommandedForce().n_weights
+        1
+    """
+
+    @property
+    def n_weights(self) -> int:
+        """Number of weights: one per command."""
+        return len(self.COMMANDS)
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """Return the command unchanged."""
+        return weights[0] if self.n_weights == 1 else jnp.stack(list(weights))
