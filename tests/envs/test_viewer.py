@@ -29,15 +29,39 @@ def leg(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.skipif(shutil.which("xvfb-run") is None, reason="Xvfb is not installed")
-def test_a_window_shows_an_episode_to_its_end(leg):
+@pytest.fixture
+def screen(tmp_path):
+    """The name of a virtual screen."""
+    if shutil.which("Xvfb") is None:
+        pytest.skip("Xvfb is not installed")
+    with subprocess.Popen(
+        ["Xvfb", "-displayfd", "1", "-nolisten", "tcp"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    ) as server:
+        assert server.stdout is not None
+        yield f":{server.stdout.readline().strip()}"
+        server.terminate()
+
+
+def test_a_window_shows_an_episode_to_its_end(leg, screen):
+    paths = os.pathsep.join(sys.path)
     run = subprocess.run(
-        ["xvfb-run", "-a", sys.executable, "-c", SCRIPT],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "LIBGL_ALWAYS_SOFTWARE": "1"},
+        [sys.executable, "-c", SCRIPT],
+        env={**os.environ, "PYTHONPATH": paths, "DISPLAY": screen, "LIBGL_ALWAYS_SOFTWARE": "1"},
         capture_output=True,
         text=True,
+        timeout=300,
     )
-    assert run.stdout.endswith("viewed\n"), run.stderr
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.endswith("viewed\n")
+
+
+def test_a_screen_that_is_not_there_is_told_in_one_line(leg, monkeypatch, capsys):
+    monkeypatch.setenv("DISPLAY", ":987654")
+    assert main(["simulate", "leg.json", "--duration-s", "0.2", "--view"]) == 2
+    assert "no window can be opened" in capsys.readouterr().err
 
 
 def test_without_a_screen_it_says_so_in_one_line(leg, monkeypatch, capsys):

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
 import time
+import warnings
 from typing import TYPE_CHECKING
 
-from tegotae._support.errors import TegotaeError, formatted, require
+from tegotae._support.errors import TegotaeError, require
 from tegotae.figures.animation import model_states
 
 if TYPE_CHECKING:
@@ -35,10 +37,9 @@ def view(replay: Replay, *, repeats: int | None = None) -> None:
     viewer = require("mujoco.viewer", "mujoco")
     model, distance_m, states = model_states(spec.model_settings, replay, range(len(times)))
     data = mujoco.MjData(model)
-    try:
-        window = viewer.launch_passive(model, data, show_left_ui=False, show_right_ui=False)
-    except Exception as error:  # of drivers, in ways of their own
-        raise TegotaeError(f"no window can be opened: {formatted(error)}; use --animate") from None
+    _require_window()
+    others = set(threading.enumerate())
+    window = viewer.launch_passive(model, data, show_left_ui=False, show_right_ui=False)
     with window:
         window.cam.type = mujoco.mjtCamera.mjCAMERA_TRACKING
         window.cam.trackbodyid, window.cam.distance = 1, distance_m
@@ -54,3 +55,19 @@ def view(replay: Replay, *, repeats: int | None = None) -> None:
                 window.sync()
                 time.sleep(max(0.0, begin + time_s - time.monotonic()))
             shown += 1
+    # Python's end would take GLFW away from the thread that still closes the window.
+    for thread in set(threading.enumerate()) - others:
+        thread.join()
+
+
+def _require_window() -> None:
+    """Raise an error where no window can be opened; MuJoCo's viewer would end Python, or wait."""
+    if sys.platform == "darwin":  # a window needs the thread that mjpython gives it
+        return
+    glfw = require("glfw", "mujoco")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        hidden = glfw.init() and glfw.create_window(1, 1, "tegotae", None, None)
+    if not hidden:
+        raise TegotaeError("no window can be opened on this screen (DISPLAY); use --animate")
+    glfw.destroy_window(hidden)
