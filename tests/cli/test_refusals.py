@@ -217,6 +217,8 @@ UNUSABLE = {
         f"train ART --env hopper --{option} 4": "the 4 episodes on hopper would be alike"
         for option in ("episodes-per-candidate", "evaluation-episodes")
     },
+    "train ART --env hopper --workers=-1": "workers is -1; it must be a whole number of at least 0",
+    "train ART --env hopper --workers 99999": "workers is 99999; on this machine of",
     "train ART --env hopper --settings duration_s=9": "the experiment's duration_s is 24",
     "train ART --env hopper --algorithm SAC": "take a model without, such as AR",
     "train ART --env hopper --work positive": "the wiring does not say work_positive",

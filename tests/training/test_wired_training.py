@@ -525,9 +525,3 @@ def test_weak_and_lagging_actuators_do_in_an_environment_what_they_do_on_a_body(
 
 def test_an_environment_that_says_neither_distance_nor_height_is_refused():
     refused("name the observation of its height in the wiring", on_scales)
-
-
-def test_workers_below_zero_are_refused(one_line_error, tmp_path):
-    pytest.importorskip("mujoco")
-    words = ["train", "ART", "--env", "hopper", "--workers", "-1", "--out", str(tmp_path)]
-    assert "workers is -1" in one_line_error(*words)

@@ -127,9 +127,9 @@ def _is_core_count(text: str) -> bool:
     return text.isascii() and text.isdigit() and len(text) < 9 and 1 <= int(text) <= _most_cores()
 
 
-def require_workers(count: int) -> None:
+def require_workers(count: int, *, least: int = 1) -> None:
     """Raise `TegotaeError` unless this machine may have so many worker processes."""
-    require_count("workers", count)
+    require_count("workers", count, least=least)
     if count > _most_cores():
         raise TegotaeError(
             f"workers is {count}; on this machine of {_own_cores()} cores it must be at most "

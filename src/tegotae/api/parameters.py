@@ -384,7 +384,7 @@ def field_text(owner: type, name: str) -> str:
     Example:
         >>> from tegotae.parts.bodies import Hopper
         >>> field_text(Hopper, "mass_kg")
-        'Mass on each leg m [kg].'
+        'Mass of the body per leg, m [kg].'
     """
     for kind in owner.__mro__:
         if name in vars(kind).get("__annotations__", {}):

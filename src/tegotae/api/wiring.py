@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tegotae._support.engines import require_workers
 from tegotae._support.errors import TegotaeError, require_all
 from tegotae.api.controller import Changes
 from tegotae.api.parameters import Values, with_options, with_own_values
@@ -48,6 +49,10 @@ class EnvironmentOptions:
     do not need them."""
     limit_s: float = 60.0
     """Longest time for one step of an environment [s]; then the environment counts as hung."""
+
+    def __post_init__(self) -> None:
+        if self.workers is not None:
+            require_workers(self.workers, least=0)
 
     def experiment(
         self, env: str, model: str, *, duration_s: float, fitness: str | None = None, **fields: Any

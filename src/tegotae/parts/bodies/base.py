@@ -290,7 +290,7 @@ class SpringLegs(Body):
     """A body on legs with springs, dampers and actuators that push, as the paper's hopper has."""
 
     mass_kg: float = positive(0.1)
-    """Mass on each leg m [kg]."""
+    """Mass of the body per leg, m [kg]."""
     stiffness_n_per_m: float = positive(5.0)
     """Spring stiffness of a leg k [N/m]."""
     damping_ns_per_m: float = not_negative(0.2)

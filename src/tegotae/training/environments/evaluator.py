@@ -14,7 +14,7 @@ from multiprocessing.connection import Connection, wait
 import numpy as np
 
 from tegotae._support.engines import available_cores, require_workers
-from tegotae._support.errors import TegotaeError, require_count
+from tegotae._support.errors import TegotaeError
 from tegotae._support.workers import assigned_cores, ctrl_c_held_back, end_with_parent
 from tegotae.measures.objectives.evaluator import Evaluator, Generation
 from tegotae.measures.objectives.objective import Scores
@@ -54,9 +54,7 @@ class EnvEvaluator(Evaluator):
         self._experiment = experiment
         if workers is None:
             workers = 0 if experiment.spec.is_model else available_cores()
-        require_count("workers", workers, least=0)
-        if workers:
-            require_workers(workers)
+        require_workers(workers, least=0)
         self._workers = workers
         self._runner: EnvRollouts | WorkerPool | None = None
         self.troubles: Counter[str] = Counter()
