@@ -36,6 +36,9 @@ class Bench:
     """Time training on a MuJoCo model beside a plain loop of Stable-Baselines3 on it."""
     scale: Path | None = None
     """Write the curves over lanes, weights, limbs and cores to this folder, and nothing else."""
+    race: Path | None = None
+    """Train a law with this package, textbook JAX and other libraries to the same fitness, and
+    write the core-seconds of each to this folder, and nothing else; half an hour."""
     json: bool = False
     """Print one JSON object."""
 
@@ -51,6 +54,11 @@ class Bench:
             table = scale.measure_scaling()
             table.to_csv(folder / "scale.csv", index=False, float_format="%.4g")
             print(scale.draw_scaling(table, folder / "scale.png"))
+            return
+        if self.race is not None:
+            from research.benchmarks.race import race
+
+            print(race(output_folder(self.race)))
             return
         for name in ("lanes", "most_lanes"):
             lanes = getattr(self, name)
@@ -107,7 +115,7 @@ class Bench:
             console.print(_table_of_mujoco(figures["mujoco"]))
 
 
-_BENCHMARKS = "benchmarks"
+_BENCHMARKS = "research.benchmarks"
 
 
 def _alternatives(current: str) -> tuple[str, ...]:
