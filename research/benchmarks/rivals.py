@@ -222,15 +222,20 @@ RIVALS = {
     "tegotae": Rival("tegotae", learn_natively),
     "textbook": Rival("textbook JAX", learn_in_textbook_style),
     "evotorch": Rival(
-        "EvoTorch's PGPE, textbook rollouts", learn_with_evotorch, "evotorch", seeds=5
+        "EvoTorch's PGPE, textbook rollouts", learn_with_evotorch, "evotorch", seeds=3
     ),
-    "qdax": Rival("QDax's MAP-Elites, textbook rollouts", learn_with_qdax, "qdax", seeds=5),
+    "qdax": Rival("QDax's MAP-Elites, textbook rollouts", learn_with_qdax, "qdax", seeds=3),
     "ppo": Rival(
-        "Stable-Baselines3's PPO", learn_with_ppo, "stable_baselines3", steps=20, law=AGENTS_LAW
+        "Stable-Baselines3's PPO",
+        learn_with_ppo,
+        "stable_baselines3",
+        seeds=5,
+        steps=20,
+        law=AGENTS_LAW,
     ),
     "tegotae-10": Rival("tegotae, ten seeds at once", learn_natively, together=10),
     "textbook-10": Rival("textbook JAX, ten at once", learn_in_textbook_style, together=10),
-    "mjx": Rival("MJX", simulate_with_mjx, "mujoco.mjx", seeds=3, steps=4, share=SHARE),
+    "mjx": Rival("MJX", simulate_with_mjx, "mujoco.mjx", seeds=2, steps=4, share=SHARE),
 }
 """Programs of the race by name, in the order of the table."""
 
