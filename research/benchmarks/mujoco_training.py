@@ -13,9 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tegotae._support.engines import available_cores
 from tegotae._support.errors import require
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.env import ModelEnv, ModelLanes
+from tegotae.envs.mujoco.settings import compiled_model
 from tegotae.envs.wiring import load_wiring
 from tegotae.envs.wrapper import Pilot
 from tegotae.systems.recipe import recipe
@@ -41,7 +43,8 @@ class MujocoSpeed(NamedTuple):
 
 
 def measure_environments(steps: int = 200) -> list[MujocoSpeed]:
-    """Measure threads, environments side by side in one process, and the plain loop, best of three.
+    """Measure MuJoCo alone, training in threads, environments side by side in one process, and
+    the plain loop, best of three.
 
     Raises:
         MissingExtraError: without MuJoCo or Stable-Baselines3.
@@ -63,7 +66,9 @@ def measure_environments(steps: int = 200) -> list[MujocoSpeed]:
         lanes.close()
         return rates
 
-    rows = []
+    rows = [
+        MujocoSpeed("mj_step alone, in threads", n, *_bare(spec, n, steps), step_s) for n in LANES
+    ]
     for n in LANES:
         rates = driven(ModelLanes(spec.model_settings, n), n)
         rows.append(MujocoSpeed("rollouts in threads", n, *rates, step_s))
@@ -71,6 +76,23 @@ def measure_environments(steps: int = 200) -> list[MujocoSpeed]:
     rows.append(MujocoSpeed("environments, one process", ENVS, *rates, step_s))
     rows.append(MujocoSpeed("Stable-Baselines3, plain loop", ENVS, *_plain(steps), step_s))
     return rows
+
+
+def _bare(spec: EnvSpec, lanes: int, steps: int) -> tuple[float, float]:
+    """Return the control periods per second of the model without a controller, and without the
+    sensors that are added to it: random commands are known beforehand."""
+    mujoco, batched = require("mujoco", "mujoco"), require("mujoco.rollout", "mujoco")
+    settings = spec.model_settings
+    model = compiled_model(settings.spec())
+    ticks = steps * round((settings.control_s or 0.0) / model.opt.timestep)
+    low, high = model.actuator_ctrlrange.T
+    commands = np.random.default_rng(0).uniform(low, high, (lanes, ticks, model.nu))
+    threads = min(available_cores(), lanes)
+    data = [mujoco.MjData(model) for _ in range(threads)]
+    begun = np.empty(mujoco.mj_stateSize(model, kind := mujoco.mjtState.mjSTATE_FULLPHYSICS))
+    mujoco.mj_getState(model, data[0], begun, kind)
+    with batched.Rollout(nthread=threads) as rollout:
+        return _rates(lambda: rollout.rollout(model, data, begun, commands), 1, lanes * steps)
 
 
 def _plain(steps: int) -> tuple[float, float]:

@@ -228,5 +228,5 @@ def test_training_is_timed_beside_a_plain_loop(monkeypatch):
 
     monkeypatch.setattr(mujoco_training, "LANES", (2,))
     rows = mujoco_training.measure_environments(steps=2)
-    assert [row.lanes for row in rows] == [2, 8, 8]
+    assert [row.lanes for row in rows] == [2, 2, 8, 8]
     assert all(0.0 < row.steps_per_core_s < math.inf for row in rows)

@@ -43,7 +43,7 @@ def sampler(
     if selected() == NATIVE:
         kernel = _kernel(controller, lanes, tuple(sensed), tuple(scaled))
         if kernel is not None:
-            return _stepping(kernel.step(compiled), controller, lanes)
+            return _stepping(kernel.step(compiled), lanes)
     return cast(Callable[..., Sampled], partial(_by_xla, controller))
 
 
@@ -78,7 +78,7 @@ def _kernel(
         return None
 
 
-def _stepping(step: NativeStep, controller: Controller, lanes: int) -> Callable[..., Sampled]:
+def _stepping(step: NativeStep, lanes: int) -> Callable[..., Sampled]:
     """Return the step of a kernel, which has memory of its own, as a function on values like
     `sample`.
     """
@@ -88,7 +88,6 @@ def _stepping(step: NativeStep, controller: Controller, lanes: int) -> Callable[
         return [entry[..., :lanes] if entry.ndim else entry for entry in entries]
 
     state, inputs, outputs = map(views, (step.state, step.inputs, step.outputs))
-    shape = (*controller.limb_shape, lanes)
 
     def sampled(
         weights: np.ndarray,
@@ -98,7 +97,6 @@ def _stepping(step: NativeStep, controller: Controller, lanes: int) -> Callable[
         numbers: dict[str, Any],
     ) -> Sampled:
         leaves, structure = jax.tree.flatten(oscillator)
-        numbers = numbers | {"omega": np.broadcast_to(numbers["omega"], shape)}
         numbers_in = jax.tree.leaves((weights, sensed, added, numbers))
         for view, value in zip((*state, *inputs), (*leaves, *numbers_in), strict=True):
             view[...] = value

@@ -144,12 +144,13 @@ class ModelBatch:
 
     def _advance(self, where: np.ndarray) -> None:
         """Advance some lanes by a control period from their last states."""
-        lanes = np.flatnonzero(where)
-        if len(lanes) == 0:
+        if not where.any():
             return
+        # All lanes are advanced in place, and some as copies.
+        lanes = slice(None) if where.all() else np.flatnonzero(where)
         states, sensed = self._states[lanes], self._sensed[lanes]
         self._rollout.rollout(
-            [self._models[lane] for lane in lanes],
+            [model for model, goes in zip(self._models, where, strict=True) if goes],
             self._data,
             states[:, -1].copy(),
             self._given[lanes],

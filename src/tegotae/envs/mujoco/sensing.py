@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -62,7 +63,7 @@ class Sensing:
     angles: np.ndarray
     """Columns of the legs' joints, [legs, joints]."""
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the observed quantities."""
         borne = [] if self.legs is None else [f"{foot}_estimated_force" for foot in self.feet]
@@ -116,13 +117,13 @@ class Sensing:
         commands[:, self._servos] = (legs.gears * legs.joints_at(places))[:, legs.servos >= 0]
         return commands
 
-    @property
+    @cached_property
     def _servos(self) -> np.ndarray:
         """Indices of actuators that are servos of the legs, in the order of legs and joints."""
         assert self.legs is not None
         return np.searchsorted(self.driven, self.legs.servos[self.legs.servos >= 0])
 
-    @property
+    @cached_property
     def _alone(self) -> np.ndarray:
         """Indices of actuators that move no foot."""
         return ~np.isin(np.arange(len(self.actuators)), self._servos)
@@ -153,10 +154,7 @@ class Sensing:
 
     def observed(self, data: np.ndarray) -> np.ndarray:
         """Return the observations from sensor data [..., columns], shape [..., entries]."""
-        columns = [entry.column for entry in self.entries]
-        gain = np.array([entry.gain for entry in self.entries])
-        offset = np.array([entry.offset for entry in self.entries])
-        lower = np.array([entry.lower for entry in self.entries])
+        columns, gain, offset, lower = self._conversion
         values = np.maximum(gain * (data[..., columns] - offset), lower)
         if self.legs is None:
             return values
@@ -164,6 +162,12 @@ class Sensing:
         torques[..., self.legs.servos >= 0] = data[..., self.forces[self._servos]]
         force = self.legs.forces_n(data[..., self.angles], self.legs.gears * torques)
         return np.concatenate([values, np.maximum(force[..., 2], 0.0)], axis=-1)
+
+    @cached_property
+    def _conversion(self) -> tuple[np.ndarray, ...]:
+        """Columns, gains, offsets and least values of the entries, [entries] each."""
+        names = ("column", "gain", "offset", "lower")
+        return tuple(np.array([getattr(entry, name) for entry in self.entries]) for name in names)
 
     def power(self, data: np.ndarray) -> np.ndarray:
         """Return the actuators' powers of sensor data [..., columns], [W], shape [...,

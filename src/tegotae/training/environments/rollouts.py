@@ -353,7 +353,8 @@ def play(
             break
         acted = pilot.act(state)
         observed, paid, over = lanes.step(acted, alive)
-        state = np.where(alive[:, None], np.nan_to_num(observed, posinf=0.0, neginf=0.0), state)
+        finite = np.where(np.isfinite(observed), observed, 0.0)
+        state = np.where(alive[:, None], finite, state)
         observation[step] = state[:, indices]
         reward[step] = np.where(alive, paid, 0.0)
         if frames:
