@@ -24,6 +24,7 @@ import sys
 import time
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -112,10 +113,10 @@ def _measured(name: str, seed: int) -> list[Row]:
 def summarise(rows: pd.DataFrame) -> pd.DataFrame:
     """Return one row per run: its start, its cost of a step, its steps, and its core-seconds until
     the fitness is reached, NaN if it is not."""
-    ours = rows[rows["program"] == "tegotae"].groupby("seed").size()
-    runs = []
-    for (name, seed), run in rows.groupby(["program", "seed"], sort=False):
-        rival, core_s = RIVALS[str(name)], run["core_s"].to_numpy()
+    ours = rows[rows["program"] == "tegotae"].groupby("seed").size().to_dict()
+    runs, by_run = [], list[Any](rows.groupby(["program", "seed"], sort=False))
+    for (name, seed), run in by_run:
+        rival, core_s = RIVALS[name], run["core_s"].to_numpy()
         step_s = np.median(np.diff(core_s)) if len(core_s) > 1 else np.nan
         start_s = core_s[0] - step_s
         if rival.share < 1.0:
@@ -137,7 +138,7 @@ def tabulate(rows: pd.DataFrame) -> str:
     titles = ["program", "reached in", "steps", "start [core-s]", "a step [core-s]"]
     lines = [[*titles, "core-s to 0.6 m/J", "this / tegotae"]]
     for name, rival in RIVALS.items():
-        part = runs[runs["program"] == name]
+        part: Any = runs[runs["program"] == name]
         if part.empty:
             continue
         total = part["core_s"].dropna()
@@ -162,7 +163,8 @@ def draw(rows: pd.DataFrame, file: Path) -> Path:
     for panel, name in zip(panels, names, strict=False):
         by_frequency = RIVALS[name].law == RIVALS["tegotae"].law
         value = "fitness" if by_frequency else "cot_inverse"
-        for _, run in rows[rows["program"] == name].groupby("seed"):
+        program: Any = rows[rows["program"] == name]
+        for _, run in program.groupby("seed"):
             best = np.maximum.accumulate(run[value].to_numpy())
             panel.step(run["core_s"], best, color="black", linewidth=0.6, where="post")
             panel.plot(run["core_s"].iloc[-1], best[-1], "o", color="black", markersize=2.5)

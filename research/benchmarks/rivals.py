@@ -78,7 +78,7 @@ def learn_with_evotorch(seeds: Sequence[int]) -> Learning:
     search = algorithms.PGPE(
         problem,
         popsize=settings.population,
-        center_init=torch.as_tensor(first),
+        center_init=torch.tensor(first),
         center_learning_rate=settings.learning_rate,
         stdev_init=settings.std,
         stdev_learning_rate=settings.std_lr,
@@ -151,7 +151,6 @@ def simulate_with_mjx(seeds: Sequence[int]) -> Learning:
     spec = mujoco.MjSpec.from_string(model_files()["hopper"])
     spec.delete(spec.actuator("grip"))
     compiled = spec.compile()
-    compiled.qpos0[0] += 0.2
     model, hopper = mjx.put_model(compiled), Hopper()
     tick_s = trained.timing.tick_s
     substeps = round(tick_s / compiled.opt.timestep)
@@ -167,16 +166,17 @@ def simulate_with_mjx(seeds: Sequence[int]) -> Learning:
         def period(carry: Any, _: None) -> tuple[Any, jax.Array]:
             data, oscillator = carry
             spring = jnp.maximum(-hopper.stiffness_n_per_m * data.qpos[1], 0.0)
-            sensed = {"spring_force": spring}
-            oscillator, command, *_ = sample(
-                controller, weights, oscillator, sensed, jnp.float32(0.0), numbers
-            )
+            sensed, added = {"spring_force": spring}, jnp.float32(0.0)
+            decision = sample(controller, weights, oscillator, sensed, added, numbers)
+            oscillator, command = decision[:2]
             data = data.replace(ctrl=jnp.reshape(command * hopper.max_force_n, (1,)))
             data = jax.lax.fori_loop(0, substeps, lambda _, d: mjx.step(model, d), data)
             return (data, oscillator), data.qpos[0]
 
         assert controller.oscillator is not None
-        begun = mjx.make_data(model), controller.oscillator.start(jnp.float32(0.0))
+        data = mjx.make_data(model)
+        data = data.replace(qpos=data.qpos.at[0].add(0.2))
+        begun = data, controller.oscillator.start(jnp.float32(0.0))
         return jax.lax.scan(period, begun, None, length=periods)[1].max()
 
     rollouts = jax.jit(jax.vmap(climb))
@@ -262,7 +262,10 @@ class _TextbookEvaluator(Evaluator):
     """Scores by rollouts in textbook style."""
 
     experiment: Experiment
-    repeats = 1
+
+    @property
+    def repeats(self) -> int:
+        return 1
 
     def scored(self, weights: np.ndarray, per_seed: int, generation: Generation) -> Scores:
         values = textbook_scores(self.experiment, weights.reshape(-1, weights.shape[-1]))

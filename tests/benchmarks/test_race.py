@@ -15,7 +15,9 @@ def runs(program: str, core_s: list[float], fitness: list[float], seed: int = 0)
 
 
 def test_the_textbook_program_has_the_fitness_of_the_package():
-    trained = replace(rivals.experiment(), {"duration_s": 4.0, "settle_s": 1.0})
+    trained = replace(
+        rivals.experiment(), {"system.timing.duration_s": 4.0, "objective.settle_s": 1.0}
+    )
     weights = np.stack([initial_weights(trained.controller, seed) for seed in range(6)])
     with trained.evaluator() as evaluator:
         ours = evaluator.alike(weights)
