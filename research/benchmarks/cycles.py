@@ -74,16 +74,16 @@ def _modelled(text: str) -> Block:
 def report() -> None:
     """Print the table of docs/native.md."""
     art = recipe("ART")
-    (whole, touch), (small, _) = (blocks_of_tick(art.controller(n)) for n in (96, 24))
+    (full, touch), (small, _) = (blocks_of_tick(art.controller(n)) for n in (96, 24))
     vanilla, _ = blocks_of_tick(recipe("V-reflex-w8").controller())
     parts = {
-        "24 neurons": [24 / 18 * (a - b) for a, b in zip(whole, small, strict=True)],
+        "24 neurons": [24 / 18 * (a - b) for a, b in zip(full, small, strict=True)],
         "body, oscillator, vanilla law, totals": list(vanilla),
     }
-    rest = [a - sum(x) for a, *x in zip(whole, *parts.values(), strict=True)]
-    parts["divisions and sums of the networks"] = rest
+    remainder = [a - sum(x) for a, *x in zip(full, *parts.values(), strict=True)]
+    parts["divisions and sums of the networks"] = remainder
     rows = [[name, *(f"{x / LANES:.1f}" for x in values)] for name, values in parts.items()]
-    rows += [["a tick", *(f"{x / LANES:.1f}" for x in whole)]]
+    rows += [["a tick", *(f"{x / LANES:.1f}" for x in full)]]
     rows += [["touchdown or lift-off in a block", *(f"{x / LANES:.1f}" for x in touch)]]
     print(markdown_table([["part", "cycles a lane", "of which busy in arithmetic"], *rows]))
 

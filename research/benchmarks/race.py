@@ -43,25 +43,25 @@ TARGET = 0.6
 
 def run_seeds(name: str, seeds: list[int]) -> list[Row]:
     """Learn in this process, and return one row for each step of each seed."""
-    rival, rows, judging_s = RIVALS[name], [], 0.0
+    rival, rows, evaluating_s = RIVALS[name], [], 0.0
     reached = np.zeros(len(seeds), bool)
     for step, weights in enumerate(rival.learn(seeds)):
-        now = time.process_time()
-        core_s = (now - judging_s) / len(seeds)
-        fitness, cot_inverse = judged(rival, weights)
-        for seed, done, *values in zip(seeds, reached, fitness, cot_inverse, strict=True):
-            if not done:
+        stepped_s = time.process_time()
+        core_s = (stepped_s - evaluating_s) / len(seeds)
+        fitness, cot_inverse = evaluated(rival, weights)
+        for seed, finished, *values in zip(seeds, reached, fitness, cot_inverse, strict=True):
+            if not finished:
                 measured = dict(zip(("fitness", "cot_inverse"), map(float, values), strict=True))
                 rows.append({"program": name, "seed": seed, "step": step, "core_s": core_s})
                 rows[-1] |= measured
         reached |= (cot_inverse if rival.law != RIVALS["tegotae"].law else fitness) >= TARGET
-        judging_s += time.process_time() - now
+        evaluating_s += time.process_time() - stepped_s
         if step + 1 == rival.steps or (rival.share == 1.0 and reached.all()):
             break
     return rows
 
 
-def judged(rival: Rival, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def evaluated(rival: Rival, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return fitness and CoT⁻¹ of weights [m/J], [seeds] each; NaN where episodes are not whole."""
     if rival.share < 1.0:
         return np.full(len(weights), np.nan), np.full(len(weights), np.nan)

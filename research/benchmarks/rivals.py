@@ -121,8 +121,8 @@ def learn_with_qdax(seeds: Sequence[int]) -> Learning:
     while True:
         best = jnp.argmax(repertoire.fitnesses.ravel())
         yield np.asarray(repertoire.genotypes)[best][None]
-        key, now = jax.random.split(key)
-        repertoire, state, _ = update(repertoire, state, now)
+        key, drawn = jax.random.split(key)
+        repertoire, state, _ = update(repertoire, state, drawn)
 
 
 def learn_with_ppo(seeds: Sequence[int]) -> Learning:
