@@ -130,6 +130,37 @@ class LoadedController:
         return explain(self, options)
 
     @check_types
+    def certify(
+        self,
+        *,
+        least_m_per_s: float = 0.3,
+        most_m_per_s: float = 6.5,
+        speeds: int = 64,
+        phases: int = 160,
+        tick_s: float = 0.001,
+    ) -> Table:
+        """Certify that a hopper with this law hops for ever from a set of landings.
+
+        The law is sampled: feedback and force are held over each tick, as in the exported C. A
+        landing is the speed and the phase at the first tick in stance. The checker of the study
+        `research/certificate` proves the file's claims anew.
+
+        Args:
+            least_m_per_s: least landing speed [m/s].
+            most_m_per_s: largest landing speed [m/s].
+            speeds: number of cells over the speeds.
+            phases: number of cells over the phases.
+            tick_s: control period [s].
+
+        Raises:
+            TegotaeError: for a law or a body without known bounds, or if no set is certified.
+        """
+        options = filled(locals(), {})
+        from tegotae.api.certifying import certify
+
+        return certify(self, options)
+
+    @check_types
     def robustness(
         self,
         *others: Subject | LoadedController,

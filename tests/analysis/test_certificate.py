@@ -1,0 +1,163 @@
+"""A certificate is accepted by a checker of its own, which refuses what is not proved."""
+
+import copy
+import hashlib
+import json
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tegotae as tg
+from research.certificate import check as checker
+from tegotae.parts.fields import replace
+from tegotae.simulation.integrators import Hold
+from tegotae.simulation.rollout import Timing
+
+HERE = Path(checker.__file__).parent
+LATCH = tg.load(HERE / "latch.json")
+COARSE = {"least_m_per_s": 4.6, "most_m_per_s": 6.4, "speeds": 18, "phases": 60}
+
+
+@pytest.fixture(scope="module")
+def certificate():
+    """Return a certificate of the latch on few cells, as its file has it."""
+    return json.loads(json.dumps(LATCH.certify(**COARSE).to_dict()))
+
+
+@pytest.fixture(scope="module")
+def small(certificate):
+    """Return its cells of the ranks 0 and 1 alone, which are quick to check."""
+    ranks = np.array(certificate["ranks"])
+    return certificate | {"ranks": np.where(ranks <= 1, ranks, -1).tolist()}
+
+
+def test_the_checker_accepts_a_certificate_and_proves_at_least_its_claims(certificate):
+    proved = checker.check(certificate)
+    assert proved["cells"] == (np.array(certificate["ranks"]) >= 0).sum() > 500
+    assert proved["cot_inverse_m_per_j"][0] >= certificate["claims"]["cot_inverse_m_per_j"] > 1.0
+
+
+def test_the_checker_refuses_altered_weights(small):
+    altered = copy.deepcopy(small)
+    altered["law"]["weights"][0] += 1e-17
+    with pytest.raises(checker.RefusedError, match="hash"):
+        checker.check(altered)
+    altered["law"]["weights"][3] += 0.5
+    altered["sha256"] = hashlib.sha256(np.array(altered["law"]["weights"]).tobytes()).hexdigest()
+    with pytest.raises(checker.RefusedError, match=r"lift-off|meets cells|leaves"):
+        checker.check(altered)
+    with pytest.raises(checker.RefusedError, match="those of the controller"):
+        checker.check(small, {"weights": {"action": {"offset": 0.1}}})
+
+
+def test_the_checker_refuses_a_set_without_one_of_the_cells_that_its_orbits_reach(small):
+    ranks = np.array(small["ranks"])
+    rows, columns = np.nonzero(ranks == 0)
+    ranks[rows[len(rows) // 2], columns[len(rows) // 2]] = -1
+    with pytest.raises(checker.RefusedError, match="meets cells of ranks -1"):
+        checker.check(small | {"ranks": ranks.tolist()})
+
+
+def test_the_checker_refuses_a_set_outside_of_the_basin(small):
+    ranks = np.array(small["ranks"])
+    moved = np.roll(ranks, ranks.shape[1] // 2, axis=1)
+    with pytest.raises(checker.RefusedError):
+        checker.check(small | {"ranks": moved.tolist()})
+
+
+def test_the_checker_refuses_a_rank_that_is_too_low(certificate):
+    ranks = np.array(certificate["ranks"])
+    ranks[ranks == ranks.max()] = 1
+    with pytest.raises(checker.RefusedError, match="of rank 1 meets"):
+        checker.check(certificate | {"ranks": ranks.tolist()})
+
+
+@pytest.mark.parametrize(
+    ("claim", "value"),
+    [("apex_m", [2.6, 2.7]), ("least_height_m", 0.9), ("cot_inverse_m_per_j", 2.0), ("speed", 1)],
+)
+def test_the_checker_refuses_a_claim_that_it_does_not_prove(small, claim, value):
+    with pytest.raises(checker.RefusedError, match=f"the claim {claim}"):
+        checker.check(small | {"claims": {claim: value}})
+
+
+def test_the_simulation_lands_where_the_checker_says(small):
+    saved = LATCH.saved
+    tick_s, grid, ranks = 1e-3, small["grid"], np.array(small["ranks"])
+    rows, columns = np.nonzero(ranks >= 0)
+    speeds = np.linspace(grid["least_m_per_s"], grid["most_m_per_s"], grid["speeds"] + 1)
+    phases = np.linspace(0.0, 2.0 * np.pi, grid["phases"] + 1)
+    draw = np.random.default_rng(0).random((3, len(rows)))
+    speed = speeds[rows] + draw[0] * (speeds[rows + 1] - speeds[rows])
+    phase = phases[columns] + draw[1] * (phases[columns + 1] - phases[columns])
+    timing = Timing(duration_s=2.0, tick_s=tick_s, frame_s=tick_s)
+    system = replace(saved.system, {"integrator": Hold(), "timing": timing})
+    height = 1.0 - draw[2] * speed * tick_s
+    start = system.scenario(height_m=height, velocity_m_per_s=-speed, phase_rad=phase)
+    y = system.run(saved.weights, start, dtype="float64")
+    cells = (speeds[rows], speeds[rows + 1]), (phases[columns], phases[columns + 1])
+    law = checker.Law(small["law"], small["body"])
+    low_speed, high_speed, first, last, *_ = checker.hop(
+        law, small["body"], small["errors"], *cells
+    )
+    for lane in range(len(rows)):
+        off = np.flatnonzero(y.height_m[:, lane] >= 1.0)[0]
+        lands = off + np.flatnonzero(y.height_m[off:, lane] < 1.0)[0]
+        assert low_speed[lane] <= -y.velocity_m_per_s[lands, lane] <= high_speed[lane]
+        beyond = (y.phase_rad[lands, lane] - first[lane]) % (2.0 * np.pi)
+        assert beyond <= last[lane] - first[lane]
+
+
+def test_balls_contain_exact_values():
+    draw = np.random.default_rng(1).uniform(-3.0, 3.0, (2, 100))
+    a, b = checker.Ball(draw[0], 1e-3), checker.Ball(draw[1], 1e-2)
+    for sign in (-1.0, 1.0):
+        x, y = draw[0] + sign * 1e-3, draw[1] - sign * 1e-2
+        for value, ball in ((x + y, a + b), (x * y, a * b), (np.cos(x), checker.cosine(a))):
+            assert (ball.lo <= value).all()
+            assert (value <= ball.hi).all()
+    assert checker.cosine(checker.Ball(0.0, 0.1)).hi >= 1.0
+    assert checker.cosine(checker.Ball(np.pi, 0.1)).lo <= -1.0
+
+
+def test_functions_of_numpy_are_as_exact_as_the_checker_assumes():
+    x = np.random.default_rng(2).uniform(-8.0, 8.0, 64)
+
+    def exponential(value: Fraction) -> Fraction:
+        term = result = Fraction(1)
+        for n in range(1, 80):
+            term = Fraction(int(term * value / n * 2**120), 2**120)
+            result += term
+        return result
+
+    for i, value in enumerate(map(Fraction, x)):
+        turn, sine, cosine = Fraction(1), Fraction(0), Fraction(0)
+        for n in range(80):
+            part = turn if n % 4 < 2 else -turn
+            cosine, sine = (cosine + part, sine) if n % 2 == 0 else (cosine, sine + part)
+            turn = Fraction(int(turn * value / (n + 1) * 2**120), 2**120)
+        square = exponential(2 * value)
+        exact = {np.cos: cosine, np.sin: sine, np.tanh: (square - 1) / (square + 1)}
+        for function, value_of in exact.items():
+            assert abs(Fraction(float(function(x)[i])) - value_of) < Fraction(checker.LIBM)
+        decay = np.exp(-np.abs(x))[i]
+        assert abs(Fraction(float(decay)) - exponential(-abs(value))) < Fraction(checker.LIBM)
+
+
+def test_the_command_writes_a_file_that_the_checker_reads(tmp_path):
+    path = tmp_path / "certificate.json"
+    LATCH.certify(**COARSE).save(path)
+    command = [sys.executable, *map(str, (HERE / "check.py", path, HERE / "latch.json"))]
+    completed = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert completed.stdout.splitlines()[-1:] == ["accepted"], completed.stderr
+
+
+def test_a_law_without_bounds_is_refused_in_a_line():
+    with pytest.raises(tg.TegotaeError, match="certify has no bounds of Network, the gain"):
+        tg.load("zoo:ARG-rF-gF-sector-w8").certify()
+    with pytest.raises(tg.TegotaeError, match="no cell of V-reflex-w8 stays in a set"):
+        tg.load("V-reflex-w8").certify(speeds=4, phases=4)
