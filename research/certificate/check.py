@@ -393,6 +393,11 @@ def check(certificate, controller=None, cells_at_once=4096):
     i, j = np.nonzero(ranks >= 0)
     if not len(i) or edges[0] <= 0.0 or (np.diff(edges) <= 0.0).any():
         raise RefusedError("there is no cell, or no speed above zero")
+    positive, errors = [*body.values(), law["tick_s"]], [*certificate["errors"].values()]
+    if not (np.min(positive) > 0.0 and np.min(errors) >= 0.0 and ranks.dtype.kind == "i"):
+        raise RefusedError("a number of the body, an error or a rank is out of range")
+    if not np.isfinite([*weights, *positive, *errors, law["omega_rad_per_s"]]).all():
+        raise RefusedError("a number is not finite")
     parts = [
         hop(
             Law(law, body),
@@ -434,12 +439,9 @@ def check(certificate, controller=None, cells_at_once=4096):
         "cot_inverse_m_per_j": [((apex[0] - l0) / work)[lasting].min() * (1.0 - 8 * U)],
     }
     for name, claim in certificate["claims"].items():
-        bounds, claimed = proved.get(name, []), np.ravel(claim)
-        if (
-            len(bounds) != len(claimed)
-            or claimed[0] > bounds[0]
-            or claimed[-1] < bounds[-1] * (len(bounds) > 1)
-        ):
+        bounds, claimed = proved.get(name, [np.nan]), np.ravel(claim)
+        low, high = claimed[0] <= bounds[0], len(bounds) == 1 or claimed[-1] >= bounds[-1]
+        if len(bounds) != len(claimed) or not (low and high):
             raise RefusedError(f"the claim {name} is {claim}, and {bounds} was proved")
     return {"cells": len(i), "core": int((ranks == 0).sum()), **proved}
 

@@ -78,11 +78,26 @@ def test_the_checker_refuses_a_rank_that_is_too_low(certificate):
 
 @pytest.mark.parametrize(
     ("claim", "value"),
-    [("apex_m", [2.6, 2.7]), ("least_height_m", 0.9), ("cot_inverse_m_per_j", 2.0), ("speed", 1)],
+    [
+        ("apex_m", [2.6, 2.7]),
+        ("least_height_m", 0.9),
+        ("cot_inverse_m_per_j", 2.0),
+        ("cot_inverse_m_per_j", float("nan")),
+        ("speed", 1),
+    ],
 )
 def test_the_checker_refuses_a_claim_that_it_does_not_prove(small, claim, value):
     with pytest.raises(checker.RefusedError, match=f"the claim {claim}"):
         checker.check(small | {"claims": {claim: value}})
+
+
+@pytest.mark.parametrize(
+    ("part", "name", "value"),
+    [("errors", "load", -1.0), ("body", "mass_kg", float("inf")), ("body", "mass_kg", -0.1)],
+)
+def test_the_checker_refuses_numbers_that_prove_nothing(small, part, name, value):
+    with pytest.raises(checker.RefusedError, match=r"out of range|not finite"):
+        checker.check(small | {part: small[part] | {name: value}})
 
 
 def test_the_simulation_lands_where_the_checker_says(small):
