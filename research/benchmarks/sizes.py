@@ -1,8 +1,9 @@
-"""The disk that tegotae and each of its extras take, from what is installed here.
+"""The disk that tegotae, its dependencies and its extras take, from what is installed here.
 
     python -m research.benchmarks.sizes
 
-An extra is counted with what it needs beyond a plain installation.
+A dependency is counted with what nothing else needs, an extra with what it needs beyond a plain
+installation.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 PROJECT = Path(__file__).parents[2] / "pyproject.toml"
+LEAST = ("docstring-parser", "jax", "msgspec", "numpy", "pandas", "rich", "scipy")
+"""Dependencies with which controllers are simulated and exported, on XLA and without figures."""
 NOT_FOR_USERS = ("all", "dev", "docs", "test")
 
 
@@ -53,16 +56,24 @@ def megabytes(names: Iterable[str]) -> float:
 
 
 def main() -> None:
-    """Print a line for the plain installation, and one for each extra."""
+    """Print a line for the plain installation, for the least one, for each dependency and for each
+    extra.
+    """
     project = tomllib.loads(PROJECT.read_text(encoding="utf-8"))["project"]
     plain = closure(project["dependencies"])
     sizes = sorted(((megabytes([name]), name) for name in plain), reverse=True)
     largest = ", ".join(f"{name} {size:.0f}" for size, name in sizes[:8])
-    print(f"{'(none)':12}{megabytes(plain):6.0f} MB  {largest}")
+    print(f"{'(none)':18}{megabytes(plain):6.0f} MB  {largest}")
+    print(f"{'(least)':18}{megabytes(closure(LEAST)):6.0f} MB  {', '.join(LEAST)}")
+    for dependency in project["dependencies"]:
+        reduced = [entry for entry in project["dependencies"] if entry != dependency]
+        exclusive = sorted(plain - closure(reduced))
+        name = Requirement(dependency).name
+        print(f"{name:18}{megabytes(exclusive):6.0f} MB  {', '.join(exclusive) or 'shared'}")
     for extra, requirements in project["optional-dependencies"].items():
         if extra not in NOT_FOR_USERS:
             further = sorted(closure(requirements) - plain)
-            print(f"{extra:12}{megabytes(further):6.0f} MB  {', '.join(further)}")
+            print(f"{extra:18}{megabytes(further):6.0f} MB  {', '.join(further)}")
 
 
 if __name__ == "__main__":

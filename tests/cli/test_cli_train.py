@@ -200,12 +200,12 @@ def test_a_training_does_not_go_on_under_other_versions(tiny_training, tmp_path,
     folder = tmp_path / "earlier"
     shutil.copytree(tiny_training, folder)
     document = json.loads((folder / "run.json").read_text())
-    document["software"] |= {"jax": "0.4.30", "evosax": "0.1.6"}
+    document["software"] |= {"jax": "0.4.30", "numpy": "2.0.0"}
     (folder / "run.json").write_text(json.dumps(document))
     before = tiny.contents(folder)
     words = [*tiny.OPTIONS, "--out", str(folder), "--generations", "5"]
     said = one_line_error("train", *words)
-    assert "made with jax 0.4.30, evosax 0.1.6, and here is jax" in said
+    assert "made with jax 0.4.30, numpy 2.0.0, and here is jax" in said
     assert "install those versions, choose another folder with --out, or start again" in said
     assert tiny.contents(folder) == before
 

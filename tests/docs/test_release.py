@@ -7,7 +7,6 @@ import sys
 import tarfile
 import tomllib
 import zipfile
-from pathlib import Path
 
 import pytest
 
@@ -16,10 +15,9 @@ from tegotae import __version__
 from tegotae.api.about import SOFTWARE
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-BUILD = "from hatchling.build import *; build_sdist({0!r}); build_wheel({0!r})"
 EXTRAS = {
     *("gymnasium", "ziglang", "mujoco", "stable_baselines3", "torch", "tensorboardX", "onnx"),
-    *("onnxruntime", "casadi", "pyarrow", "optuna", "distributed"),
+    *("onnxruntime", "casadi", "pyarrow", "optuna", "distributed", "evosax", "optax"),
 }
 """Modules of extras: a plain installation has none of them."""
 MISSING = f"""
@@ -76,19 +74,6 @@ def test_extras_are_named_with_their_sizes():
     assert [name for name in sorted(for_users) if f"| `{name}` | " not in page] == []
 
 
-@pytest.fixture(scope="module")
-def built(tmp_path_factory) -> Path:
-    """A folder with a source distribution and a wheel."""
-    folder = tmp_path_factory.mktemp("built")
-    tools, dist = folder / "tools", folder / "dist"
-    pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check", "install"]
-    subprocess.run([*pip, "--target", tools, "hatchling"], check=True)
-    command = [sys.executable, "-c", BUILD.format(str(dist))]
-    path = {"PYTHONPATH": str(tools)}
-    subprocess.run(command, cwd=ROOT, env=os.environ | path, check=True, capture_output=True)
-    return dist
-
-
 @pytest.mark.thorough
 def test_both_distributions_have_the_whole_package(built):
     (sdist,), (wheel,) = built.glob("*.tar.gz"), built.glob("*.whl")
@@ -119,6 +104,7 @@ def test_both_distributions_have_the_whole_package(built):
         ("simulate zoo:ART-rF-tphif-w8 --duration-s 5 --plot a.png --animate a.gif", "CoT⁻¹"),
         ("export c zoo:V-reflex-w8 --out leg", "leg"),
         ("wiring baseline leg", "pip install 'tegotae[mujoco]'"),
+        ("train ART --algorithm snes --out run", "pip install 'tegotae[evosax]'"),
     ],
 )
 def test_an_installed_wheel_works_without_extras_or_names_the_one(built, tmp_path, words, output):

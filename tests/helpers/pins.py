@@ -64,7 +64,7 @@ from tegotae_robots.c.package import header
 from tegotae_robots.c.source import source
 
 KEPT = TESTS / "kept" / "pins.json"
-LIBRARIES = ("evosax", "jax", "jaxlib", "llvmlite", "numpy")
+LIBRARIES = ("jax", "jaxlib", "llvmlite", "numpy")
 MUJOCO = ("gymnasium", "mujoco")
 Results = dict[str, "np.ndarray | str"]
 

@@ -4,11 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import sem, t
 
 from refusals import refused
 from tegotae import TegotaeError
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.statistics import (
+    FEW,
+    LEVEL,
+    STUDENT,
     balanced_difference,
     difference,
     interval,
@@ -187,6 +191,15 @@ def test_a_difference_of_what_has_one_end_has_none():
 def test_a_value_out_of_its_range_is_an_error_and_not_cut(value):
     with pytest.raises(TegotaeError, match=f"hold {value:g}; they must lie between 0 and 1"):
         interval([0.5, value], within=(0.0, 1.0))
+
+
+@pytest.mark.parametrize("count", range(2, FEW))
+def test_an_interval_of_few_values_is_that_of_students_t(count):
+    values = np.random.default_rng(count).normal(size=count)
+    low, high = t.interval(LEVEL, count - 1, values.mean(), sem(values))
+    interval_of_values = interval(values)
+    assert interval_of_values.method == STUDENT
+    assert (interval_of_values.low, interval_of_values.high) == pytest.approx((low, high), 1e-12)
 
 
 def test_an_interval_says_how_it_was_found():

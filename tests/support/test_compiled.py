@@ -9,6 +9,7 @@ from jax._src import compilation_cache
 
 from lanewise.machine import Code, target_of
 from tegotae._support import compiled, xla_programs
+from tegotae._support.xla_programs import one_module
 from tegotae.cli import main
 from tegotae.cli.kept_texts import is_help
 from tegotae.cli.program import Command, CommandGroup
@@ -207,3 +208,7 @@ def test_help_of_another_program_is_made_each_time(place, capsys):
         assert main(["--help"], command, "python -m research.reproduction") == 0
         assert text in capsys.readouterr().out
     assert not list(place.glob("*.o"))
+
+
+def test_xla_has_the_options_with_which_it_compiles_in_little_time():
+    assert one_module()

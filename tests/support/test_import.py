@@ -58,10 +58,11 @@ def test_another_programs_jax_stays_as_it_is(tmp_path):
 
 BARE = """
 import json, sys
+EXTRAS = "distributed evosax gymnasium mujoco optax optuna torch".split()
 
 class NoExtra:
     def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in ("distributed", "gymnasium", "mujoco", "optuna", "torch"):
+        if name.partition(".")[0] in EXTRAS:
             raise ModuleNotFoundError(name, name=name)
 
 sys.meta_path.insert(0, NoExtra())
@@ -75,6 +76,29 @@ commands = (
 )
 print(json.dumps([main(command.split()) for command in commands]))
 """
+
+
+LEAST = """
+import json, sys
+
+class Least:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in ("evosax", "llvmlite", "matplotlib", "optax"):
+            raise ModuleNotFoundError(name, name=name)
+
+sys.meta_path.insert(0, Least())
+from tegotae.cli import main
+commands = (
+    "simulate zoo:ART-rF-tphif-w4/0 --duration-s 1",
+    "evaluate paper-reflex --metric hop_rate",
+    "export c zoo:ART-rF-tphif-w4/0 --out robot",
+)
+print(json.dumps([main(command.split()) for command in commands]))
+"""
+
+
+def test_the_least_installation_simulates_evaluates_and_exports(tmp_path):
+    assert fresh(LEAST, tmp_path, TEGOTAE_QUIET="1", TEGOTAE_ENGINE="xla") == [0] * 3
 
 
 def test_an_installation_without_extras_simulates_measures_exports_and_trains(tmp_path):

@@ -8,6 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from evosax.algorithms import PGPE as EvosaxPGPE  # noqa: N811
+from evosax.core.optimizer import clipup
 from scipy.stats import rankdata
 
 from refusals import refused
@@ -137,6 +139,23 @@ def test_only_the_order_of_the_fitness_matters():
     second = [state for _, state, _ in generations(SETTINGS, stretched, 5)][-1]
     np.testing.assert_array_equal(first.mean, second.mean)
     np.testing.assert_array_equal(first.std, second.std)
+
+
+def test_it_moves_as_that_of_evosax():
+    optimizer = clipup(SETTINGS.learning_rate, SETTINGS.max_speed, SETTINGS.momentum)
+    theirs = EvosaxPGPE(SETTINGS.population, jnp.zeros(DIMENSIONS), optimizer=optimizer)
+    numbers = theirs.default_params.replace(
+        std_init=SETTINGS.std, std_lr=SETTINGS.std_lr, std_max_change=SETTINGS.std_max_change
+    )
+    their_state = theirs.init(jax.random.key(0), jnp.asarray(first_mean()), numbers)
+    for number, (samples, state, _) in enumerate(generations(SETTINGS, with_ties, 25)):
+        key = jax.random.fold_in(jax.random.key(0), number)
+        their_samples, their_state = theirs.ask(key, their_state, numbers)
+        np.testing.assert_allclose(their_samples, samples, atol=2e-5)
+        loss = -jnp.asarray(with_ties(np.asarray(samples)), "float32")
+        their_state, _ = theirs.tell(key, samples, loss, their_state, numbers)
+        np.testing.assert_allclose(their_state.mean, state.mean, atol=2e-5)
+        np.testing.assert_allclose(their_state.std, state.std, rtol=2e-5)
 
 
 def test_the_fitness_rises():

@@ -33,6 +33,16 @@ POSITIVE: Range = (0.0, math.inf)
 SHARE: Range = (0.0, 1.0)
 """Range of a share."""
 
+_STUDENT = (
+    12.706204736174694,
+    4.302652729749462,
+    3.1824463052837078,
+    2.7764451051977934,
+    2.5705818356363146,
+    2.4469118511449786,
+)
+"""Student's t of 97.5 % for 1 to `FEW` - 2 degrees of freedom, without SciPy's slow import."""
+
 _ROUNDING = 1e-4
 """Tolerance of a single-precision value beyond the end of its range."""
 
@@ -116,7 +126,7 @@ def interval(values: ArrayLike, *, within: Range = UNBOUNDED) -> Interval:
         return Interval(mean, count=count, undefined=undefined)
     std = float(defined.std(ddof=1))
     if count < FEW:
-        half = _t(count - 1) * std / math.sqrt(count)
+        half = _STUDENT[count - 2] * std / math.sqrt(count)
         low, high = _clip(mean - half, mean + half, within)
         return Interval(mean, std, low, high, count, undefined, STUDENT)
     low, high = np.quantile(_resampled_means(defined), [(1 - LEVEL) / 2, (1 + LEVEL) / 2])

@@ -1,4 +1,5 @@
-"""Optimisers of controller weights: the contract of a black-box optimiser, and evosax's four."""
+"""Optimisers of controller weights: the contract of a black-box optimiser, PGPE, and evosax's
+three."""
 
 from __future__ import annotations
 
@@ -13,9 +14,10 @@ import jax
 import jax.numpy as jnp
 
 from tegotae._support.documents import JsonObject
-from tegotae._support.errors import TegotaeError
+from tegotae._support.errors import TegotaeError, require
 from tegotae.parts.parameters import Part, not_negative, positive, whole
 from tegotae.systems.descriptions import describe
+from tegotae.training.pgpe import PGPESearch, PGPESettings
 
 T = TypeVar("T")
 
@@ -37,13 +39,15 @@ class Algorithm(Part, ABC):
     `ask(key, state, parameters)`, `tell(key, samples, fitness, state, parameters)` and
     `default_params`, pure functions of arrays whose state has a `mean`, shape [n_weights], and a
     `std`, one number or [n_weights]. Strategies minimise; the trainer hands them the negative
-    fitness. evosax takes a second to import, so that is left to `make`.
+    fitness.
     """
 
     NAME: ClassVar[str]
     """Name in commands and documents; the name of the class by default."""
     TITLE: ClassVar[str]
     """Name in figures; `NAME` by default."""
+    LIBRARIES: ClassVar[tuple[str, ...]] = ()
+    """Installed packages whose versions decide the numbers, beside JAX."""
 
     population: int
     """Episodes per generation and seed."""
@@ -60,12 +64,15 @@ class Algorithm(Part, ABC):
         """
         return self
 
+    def check(self) -> None:
+        """Raise `MissingExtraError` where a package that it needs is not installed."""
+
     @abstractmethod
     def make(self, n_weights: int) -> Strategy:
-        """Make a new evosax strategy for this many weights and this population."""
+        """Make a new strategy for this many weights and this population."""
 
     def strategy(self, n_weights: int) -> Strategy:
-        """Return the evosax strategy for this many weights; it is always the same, since a new one
+        """Return the strategy for this many weights; it is always the same, since a new one
         compiles anew.
         """
         return _strategy(self.program, n_weights)
@@ -116,8 +123,8 @@ def _with_settings(state: SearchState, settings: dict[str, float]) -> SearchStat
     return state.replace(opt_state=optimiser._replace(hyperparams=hyperparams))
 
 
-class _EvosaxAlgorithm(Algorithm):
-    """An algorithm of evosax, compiled once for all settings of a population."""
+class _OfPopulation(Algorithm):
+    """An algorithm that is compiled once for all settings of a population."""
 
     PAIRS: ClassVar[bool] = False
     """True if samples come in pairs, so that the population is even."""
@@ -136,8 +143,8 @@ class _EvosaxAlgorithm(Algorithm):
 
 
 @dataclass(frozen=True, kw_only=True)
-class PGPE(_EvosaxAlgorithm):
-    """PGPE with antithetic pairs, centred ranks and ClipUp, as in the paper (through evosax).
+class PGPE(_OfPopulation):
+    """PGPE with antithetic pairs, centred ranks and ClipUp, as in the paper.
 
     With samples `θ± = μ ± ε`, ε ~ N(0, σ²), and centred ranks r of their fitness:
 
@@ -173,32 +180,23 @@ class PGPE(_EvosaxAlgorithm):
     momentum: float = not_negative(0.9)
     """ClipUp's momentum."""
 
-    def make(self, n_weights: int) -> Strategy:
-        """Make evosax's PGPE."""
-        import optax
-        from evosax.algorithms import PGPE as EvosaxPGPE  # noqa: N811
-        from evosax.core.optimizer import clipup
+    def make(self, n_weights: int) -> PGPESearch:
+        """Make the search of this population."""
+        return PGPESearch(self.population)
 
-        optimizer = optax.inject_hyperparams(clipup)(**self._clipup)
-        return EvosaxPGPE(self.population, jnp.zeros(n_weights), optimizer=optimizer)
+    def parameters(self, n_weights: int) -> PGPESettings:
+        """Return all other settings."""
+        return PGPESettings(**{name: getattr(self, name) for name in PGPESettings._fields})
 
-    def parameters(self, n_weights: int):
-        """Return evosax's parameters."""
-        return self.strategy(n_weights).default_params.replace(
-            std_init=self.std, std_lr=self.std_lr, std_max_change=self.std_max_change
-        )
 
-    def start(self, key: jax.Array, weights: jax.Array):
-        """Return the state of a search that starts from `weights`, with ClipUp's settings."""
-        return _with_settings(super().start(key, weights), self._clipup)
+class _EvosaxAlgorithm(_OfPopulation):
+    """An algorithm of evosax, an extra that takes a second to import."""
 
-    @property
-    def _clipup(self) -> dict[str, float]:
-        return {
-            "learning_rate": self.learning_rate,
-            "max_velocity": self.max_speed,
-            "momentum": self.momentum,
-        }
+    LIBRARIES = ("evosax",)
+
+    def check(self) -> None:
+        """Raise `MissingExtraError` without evosax."""
+        require("evosax", "evosax")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,6 +17,7 @@ from tegotae._support.documents import JsonObject
 from tegotae._support.engines import check_jax
 from tegotae._support.errors import TegotaeError
 from tegotae._support.limits import require_memory
+from tegotae._support.transforms import jit_in_one_module
 from tegotae.measures.objectives.evaluator import Generation
 from tegotae.measures.objectives.objective import Scores
 from tegotae.measures.statistics import mean_defined
@@ -47,6 +48,10 @@ RUNNING, PLATEAU, CAP = "", "plateau", "cap"
 
 SEARCH = "search"
 """The end of what is not trained but searched for: a pure V model's σ."""
+
+_LEVEL = 0
+"""XLA's effort for programs that run once a generation: they take longer to compile well than they
+ever run."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -190,10 +195,12 @@ class Evolution(Learner):
     @property
     def software(self) -> dict[str, str]:
         """Versions of the programs that decide the numbers."""
-        return versions_of("evosax")
+        return versions_of(*self.algorithm.LIBRARIES)
 
     def check(self, run: Run[Any]) -> None:
-        """Raise `TegotaeError` if a generation's weights and noise would not fit into memory."""
+        """Raise `TegotaeError` if a generation's weights and noise would not fit into memory, or
+        the algorithm is not installed."""
+        self.algorithm.check()
         episodes, seeds = self.algorithm.population * run.experiment.episodes, len(run.seeds)
         n_weights = run.experiment.controller.n_weights
         require_memory(
@@ -388,12 +395,7 @@ def _fitness(points: Sequence[CurvePoint], seeds: Sequence[int]) -> np.ndarray:
     return fitness
 
 
-_QUICKLY = {"xla_backend_optimization_level": 0}
-"""Compiler options of programs that run once a generation: they take longer to compile well than
-they ever run."""
-
-
-@partial(jax.jit, static_argnums=(0, 1), compiler_options=_QUICKLY)
+@partial(jit_in_one_module, static=(0, 1), level=_LEVEL)
 def _initial_arrays(
     algorithm: Algorithm, controller: Controller, seeds: AnyArray, first: AnyArray | None
 ) -> Progress:
@@ -412,26 +414,26 @@ def _initial_arrays(
     return jax.vmap(begin)(seeds)
 
 
-def _per_weight(std: jax.Array, centre: jax.Array) -> jax.Array:
+def _per_weight(std: jax.Array, centre: AnyArray) -> jax.Array:
     """Return standard deviations [seeds, n_weights] of a strategy that may have one for all
     weights.
     """
     return jnp.broadcast_to(std.reshape(*std.shape, *[1] * (centre.ndim - std.ndim)), centre.shape)
 
 
-def _keys(progress: Progress, seeds: jax.Array) -> tuple[jax.Array, jax.Array]:
+def _keys(progress: Progress, seeds: AnyArray) -> tuple[jax.Array, jax.Array]:
     """Return every seed's random keys of the generation, to ask and to tell with."""
 
-    def keys(seed: jax.Array, generation: AnyArray) -> jax.Array:
+    def keys(seed: AnyArray, generation: AnyArray) -> jax.Array:
         return jax.random.split(jax.random.fold_in(jax.random.key(seed), generation), 2)
 
     ask, tell = jnp.unstack(jax.vmap(keys)(seeds, progress.generation), axis=1)
     return ask, tell
 
 
-@partial(jax.jit, static_argnums=0, compiler_options=_QUICKLY)
+@partial(jit_in_one_module, static=(0,), level=_LEVEL)
 def _ask(
-    algorithm: Algorithm, parameters: Parameters, progress: Progress, seeds: jax.Array
+    algorithm: Algorithm, parameters: Parameters, progress: Progress, seeds: AnyArray
 ) -> tuple[SearchState, jax.Array]:
     """Return the optimiser's new state, and the candidates [seeds, population + 1, n_weights].
 
@@ -445,16 +447,16 @@ def _ask(
     return search, jnp.concatenate([samples, search.mean[:, None]], axis=1)
 
 
-@partial(jax.jit, static_argnums=0, compiler_options=_QUICKLY)
+@partial(jit_in_one_module, static=(0,), level=_LEVEL)
 def _tell(
     algorithm: Algorithm,
     parameters: Parameters,
     previous: Progress,
     search: SearchState,
-    candidates: jax.Array,
+    candidates: AnyArray,
     scores: Scores,
-    seeds: jax.Array,
-    going: jax.Array,
+    seeds: AnyArray,
+    going: AnyArray,
 ) -> tuple[Progress, Curves]:
     """Update the training with the scores; return its state and the generation's curves."""
     strategy = algorithm.strategy(previous.best_weights.shape[-1])

@@ -13,8 +13,8 @@ import jax
 import numpy as np
 
 from tegotae._support.engines import XLA
+from tegotae._support.transforms import jit_in_one_module
 from tegotae.measures.objectives.objective import (
-    EpisodeOutcome,
     EpisodeSummary,
     Objective,
     Scores,
@@ -201,6 +201,4 @@ class EngineEvaluator(Evaluator):
         return LaneInputs(columns, jax.tree.map(of_lanes, episode))
 
 
-@partial(jax.jit, static_argnums=0)
-def _scored(fitness: Objective, outcome: EpisodeOutcome, data: Any) -> dict[str, jax.Array]:
-    return scores(fitness, outcome, data)
+_scored = jit_in_one_module(scores, (0,))
