@@ -1,5 +1,5 @@
-"""Robots on their feet: films of `examples/robots`, and of Go1 at three speeds, pushed, and on
-blocks.
+"""Robots on their feet: films of `src/tegotae_robots/examples`, and of Go1 at three speeds, pushed,
+and on blocks.
 
     python -m research.films.robots                      # five minutes
 
@@ -72,7 +72,7 @@ def of_robot(robot: str) -> Iterator[np.ndarray]:
     """Yield pictures of a walker's law on a robot, without training."""
     legs, omega = ROBOTS[robot]
     feet = [f"{leg}_foot" for leg in legs.split()] or ["foot"]
-    model = str(ROOT / "examples" / "robots" / f"{robot}.xml")
+    model = str(ROOT / "src" / "tegotae_robots" / "examples" / f"{robot}.xml")
     with tempfile.TemporaryDirectory() as folder:
         wiring, law = f"{folder}/legs.toml", f"{folder}/law.json"
         where = ["--feet", *feet, "--settings", "legs=true", "noise=0.02", "release_m=0.01"]

@@ -50,7 +50,8 @@ def reader(tmp_path, monkeypatch):
     np.savetxt("robot.csv", rows, delimiter=",", header="com z,motor", comments="")
     (tmp_path / "robot.urdf").symlink_to(ROOT / "tests" / "helpers" / "robot.urdf")
     variables = {
-        "MODEL": "examples/robots/servo_quadruped.xml",  # whose legs are called as Go1's
+        # Its legs are called as Go1's.
+        "MODEL": "src/tegotae_robots/examples/servo_quadruped.xml",
         "SETTINGS": "legs=true noise=0.02 release_m=0.03",
     }
     with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):  # as users have

@@ -1,7 +1,7 @@
 """The labs run from top to bottom, show tables and figures, and fold a solution away each time."""
 
 import re
-from pathlib import Path
+import zipfile
 
 import pytest
 
@@ -92,23 +92,30 @@ def test_the_links_of_a_lab_lead_somewhere(path):
 
 
 @labs
-def test_a_lab_finds_the_clone_from_its_folder(path):
-    sources = "\n".join(cell.source for cell in read(path).cells if cell.cell_type == "code")
-    defaults = re.findall(r'os\.environ\.get\("TEGOTAE_CLONE", "(.*?)"\)', sources)
-    assert [x for x in defaults if (path.parent / x).resolve() != ROOT.resolve()] == []
-    assert bool(defaults) == ("CLONE" in sources)
+def test_a_lab_begins_with_the_installation_of_the_wheel(path):
+    first = next(cell.source for cell in read(path).cells if cell.cell_type == "code")
+    extra = f"[{NEEDS[path.stem]}]" if path.stem in NEEDS else ""
+    wheel = f"tegotae-{tegotae.__version__}-py3-none-any.whl{extra}"
+    assert re.search(r"^# %pip install --quiet (.*)$", first, re.M)[1].strip('"') == wheel
 
 
 @pytest.mark.thorough
 @labs
-def test_a_lab_runs_elsewhere_and_shows_tables_and_figures(path, tmp_path, monkeypatch):
+def test_a_lab_runs_from_the_wheel_alone_and_shows_tables_and_figures(
+    path, tmp_path, tmp_path_factory, built, monkeypatch
+):
     if path.stem in NEEDS:
         pytest.importorskip(NEEDS[path.stem])
-    monkeypatch.setenv("TEGOTAE_CLONE", str(ROOT))
-    monkeypatch.setenv("PYTHONPATH", str(Path(tegotae.__file__).parents[1]))  # of this test's own
+    (wheel,) = built.glob("*.whl")
+    place = tmp_path_factory.mktemp("installed")
+    zipfile.ZipFile(wheel).extractall(place)
+    monkeypatch.setenv("PYTHONPATH", str(place))
     notebook = read(path)
+    notebook.cells.append(nbformat.v4.new_code_cell("print(tg.__file__)"))
     where = {"metadata": {"path": str(tmp_path)}}
     nbclient.NotebookClient(notebook, timeout=600, kernel_name="python3", resources=where).execute()
+    (shown,) = notebook.cells.pop().outputs
+    assert shown.text.startswith(str(place))
     outputs = [x for cell in notebook.cells for x in cell.get("outputs", ())]
     kinds = [set(x.get("data", ())) for x in outputs]
     assert any("<table" in x.get("data", {}).get("text/html", "") for x in outputs)

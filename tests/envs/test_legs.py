@@ -170,7 +170,9 @@ def test_legs_that_bend_in_a_plane_have_a_closed_form(seed, joints):
 
 @pytest.mark.parametrize("name", ["hexapod", "servo_quadruped", "boom_leg"])
 def test_a_foot_of_an_example_goes_wherever_its_joints_can_put_it(name):
-    model = mujoco.MjModel.from_xml_path(str(ROOT / "examples" / "robots" / f"{name}.xml"))
+    model = mujoco.MjModel.from_xml_path(
+        str(ROOT / "src" / "tegotae_robots" / "examples" / f"{name}.xml")
+    )
     legs = legs_of(model, lowest_feet(model))
     expected = legs.places_of(drawn(legs, 1.0, lanes=100))
     assert legs.places_of(legs.joints_at(expected)) == pytest.approx(
@@ -390,7 +392,7 @@ def test_a_walkers_law_walks_as_fast_in_proportion_on_a_robot_of_its_form(tmp_pa
     ],
 )
 def test_a_law_of_four_legs_stands_on_any_number_and_neighbours_alternate(file, feet, together):
-    robot = str(ROOT / "examples" / "robots" / file)
+    robot = str(ROOT / "src" / "tegotae_robots" / "examples" / file)
     names = tuple(f"{foot}_foot" for foot in feet)
     settings = ModelSettings(model=robot, feet=names, legs=True, release_m=0.01)
     wiring = suggest_legs(settings).wiring.holding(resolve("quadruped-c").controller())
@@ -410,7 +412,7 @@ def test_a_law_of_four_legs_stands_on_any_number_and_neighbours_alternate(file, 
 
 def test_a_leg_on_a_boom_hops_under_a_walkers_law(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    model = str(ROOT / "examples" / "robots" / "boom_leg.xml")
+    model = str(ROOT / "src" / "tegotae_robots" / "examples" / "boom_leg.xml")
     where = ["--feet", "foot", "--settings", "legs=true"]
     assert not main(["wiring", "suggest", model, *where, "--out", "boom.toml"])
     law = "zoo:AR-rF+range@boom.toml"
@@ -421,7 +423,7 @@ def test_a_leg_on_a_boom_hops_under_a_walkers_law(tmp_path, monkeypatch):
 
 
 def test_the_workspace_of_two_links_is_what_the_law_of_cosines_says(tmp_path):
-    model = str(ROOT / "examples" / "robots" / "boom_leg.xml")
+    model = str(ROOT / "src" / "tegotae_robots" / "examples" / "boom_leg.xml")
     legs = sensing(ModelSettings(model=model, feet=["foot"], legs=True)).legs
     assert legs is not None
     along, within = workspace(legs, (0, 2))
@@ -457,7 +459,7 @@ def test_what_cannot_be_commanded_to_places_is_said_in_one_line(change, feet, me
     refused(message, lambda: sensing(dataclasses.replace(SETTINGS, **{"feet": feet, **change})))
 
 
-SERVOS = ROOT / "examples" / "robots" / "servo_quadruped.xml"
+SERVOS = ROOT / "src" / "tegotae_robots" / "examples" / "servo_quadruped.xml"
 OTHER_SERVOS = '<general name="FL_hip" joint="FL_hip" gainprm="{}" biastype="affine" biasprm="{}"/>'
 
 

@@ -120,7 +120,7 @@ def test_a_law_on_legs_commands_joints_alike_as_a_file_and_as_c(tmp_path, monkey
     from tegotae_robots.benchmark.go1 import Go1Subject
 
     monkeypatch.chdir(tmp_path)
-    model = str(ROOT / "examples" / "robots" / "servo_quadruped.xml")
+    model = str(ROOT / "src" / "tegotae_robots" / "examples" / "servo_quadruped.xml")
     feet = [f"{leg}_foot" for leg in ("FL", "FR", "RL", "RR")]
     walker = resolve("quadruped-c").controller().system
     law = dataclasses.replace(walker, controller=recipe("clock-b@quadruped-c").controller())

@@ -44,7 +44,7 @@ SLOW = {"servo_quadruped", "hexapod"}
 def exported(request, tmp_path_factory):
     """A walker's law on a robot, its C in a folder, and the C as a library."""
     folder, feet = tmp_path_factory.mktemp(request.param), ROBOTS[request.param]
-    model = ROOT / "examples" / "robots" / f"{request.param}.xml"
+    model = ROOT / "src" / "tegotae_robots" / "examples" / f"{request.param}.xml"
     if request.param == "sprung":
         model = folder / "sprung.xml"
         model.write_text(sprung_robot())

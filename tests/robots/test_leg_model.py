@@ -23,7 +23,9 @@ from tegotae_robots.models.suggesting import suggest_wiring
 from tegotae_robots.models.suggesting_legs import suggest_legs
 from tegotae_robots.models.template import fit_template
 
-ROBOT = (ROOT / "examples" / "robots" / "servo_quadruped.xml").read_text(encoding="utf-8")
+ROBOT = (ROOT / "src" / "tegotae_robots" / "examples" / "servo_quadruped.xml").read_text(
+    encoding="utf-8"
+)
 FEET = tuple(f"{leg}_foot" for leg in ("FL", "FR", "RL", "RR"))
 SOLE = '<body name="FL_foot" pos="0 0 -0.13"><geom class="foot"/>'
 ANKLE = SOLE.replace(
@@ -144,13 +146,13 @@ def test_an_actuator_that_no_limb_drives_keeps_the_keyframe(ctrl, command, legs)
 
 
 def test_a_leg_in_the_middle_is_neither_in_front_nor_behind_nor_on_a_side():
-    model = str(ROOT / "examples" / "robots" / "hexapod.xml")
+    model = str(ROOT / "src" / "tegotae_robots" / "examples" / "hexapod.xml")
     feet = [f"{side}{place}_foot" for side in "LR" for place in "FMH"]
     limbs = suggest_legs(ModelSettings(model=model, feet=feet, legs=True)).wiring.limbs
     ends = [limb.senses["end_pitch"] for limb in limbs]
     assert ends == ["-root_pitch", "0", "root_pitch"] * 2
     assert [limb.senses["side_yaw"] for limb in limbs] == ["root_yaw"] * 3 + ["-root_yaw"] * 3
-    boom = str(ROOT / "examples" / "robots" / "boom_leg.xml")
+    boom = str(ROOT / "src" / "tegotae_robots" / "examples" / "boom_leg.xml")
     (limb,) = suggest_legs(ModelSettings(model=boom, feet=["foot"], legs=True)).wiring.limbs
     assert {limb.senses[name] for name in ("end_pitch", "side_roll", "side_yaw")} == {"0"}
 

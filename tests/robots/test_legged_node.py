@@ -15,7 +15,7 @@ from places import ROOT
 from tegotae import cli
 
 HARDWARE = ROOT / "examples" / "hardware"
-ROBOT = ROOT / "examples" / "robots" / "servo_quadruped.xml"
+ROBOT = ROOT / "src" / "tegotae_robots" / "examples" / "servo_quadruped.xml"
 FEET = [f"{leg}_foot" for leg in ("FL", "FR", "RL", "RR")]
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
 

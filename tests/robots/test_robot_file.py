@@ -44,7 +44,7 @@ def leg(suggested, tmp_path, monkeypatch):
 def legged(tmp_path_factory):
     """The file of a robot whose feet are commanded to places."""
     file = tmp_path_factory.mktemp("legged") / "dog.toml"
-    model = str(ROOT / "examples" / "robots" / "servo_quadruped.xml")
+    model = str(ROOT / "src" / "tegotae_robots" / "examples" / "servo_quadruped.xml")
     words = ["--feet", *FEET, "--settings", "legs=true", "--out", str(file)]
     assert not main(["wiring", "suggest", model, *words])
     return file

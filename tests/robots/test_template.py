@@ -22,7 +22,7 @@ from tegotae_robots.models.step_response import StepResponse
 from tegotae_robots.models.template import fit_template
 
 ROBOT = sprung_robot()
-SERVOS = ROOT / "examples" / "robots" / "servo_quadruped.xml"
+SERVOS = ROOT / "src" / "tegotae_robots" / "examples" / "servo_quadruped.xml"
 ROLL = r'<joint name="roll3".*?/>'
 SLIDES = r"<(joint|position) name=\"slide\d\".*?/>"
 
