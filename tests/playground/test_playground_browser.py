@@ -1,11 +1,19 @@
 """The playground in a browser: every control does what it says, by mouse, keyboard and touch."""
 
+import html
+import re
+
 import numpy as np
 import pytest
 
 from apps.playground import Page, standard
+from apps.playground.standard import DEMO
 from browser import CHROMIUM, DRIVER, MISSING, chromium, prefer, requested, resize
+from pages import DOCS
 from played import PLAYED, all_that_can_happen, arrays, assert_same
+from tegotae.api.demo import CONTROLLER
+from tegotae.systems.resolve import resolve
+from tegotae.training.collection import controller_of
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None or DRIVER is None, reason=MISSING)
 
@@ -367,6 +375,24 @@ def test_a_link_opens_the_page_as_it_was(browser, address):
         " world.present]"
     )
     assert state == ["quadruped", 0.15, 6, True, 2, [1, 1, 1, 0]]
+
+
+def test_the_link_of_the_pages_plays_the_controller_of_the_demo(browser, address):
+    pages = [(DOCS / f"{x}.md").read_text("utf-8") for x in ("getting-started", "playground")]
+    links = re.findall(r'"playground-page\.html(#.*?)"', "".join(pages))
+    (link,) = set(map(html.unescape, links))
+    browser.get("about:blank")
+    page = opened(browser, address + link)
+    advance(page, 20.0)
+    label, two, weights, hops = script_result(
+        page,
+        "const { runner, chooser } = playground.panes[0];"
+        "return [chooser.selectedOptions[0].textContent, playground.state.two,"
+        " runner.controller.weights, !runner.hops.rests(runner.time)]",
+    )
+    assert (label, two, hops) == (DEMO, False, True)
+    demo = controller_of(resolve(CONTROLLER))
+    np.testing.assert_allclose(weights, demo.weights, rtol=1e-7)
 
 
 def test_a_link_with_numbers_out_of_range_is_moved_into_it(browser, address):
