@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache, wraps
+from functools import cache, partial, wraps
 from typing import ParamSpec, TypeVar
 
 import jax
+from jax.core import Tracer
 from jax.typing import DTypeLike
 
 from tegotae._support.xla_programs import one_module
@@ -30,26 +31,33 @@ def jit_with_static(
 
 
 def jit_in_one_module(
-    function: Callable[P, T], static: tuple[int, ...], *, level: int | None = None
+    function: Callable[P, T],
+    static: tuple[int, ...] | None = None,
+    *,
+    static_names: tuple[str, ...] | None = None,
+    level: int | None = None,
 ) -> Callable[P, T]:
-    """Compile a function with `jax.jit` in less time (`one_module`); it is compiled when it is
-    first called.
+    """Compile a function with `jax.jit` in less time (`one_module`); a caller's program may contain
+    it, and is compiled in its own way.
 
     Args:
         function: a pure function of arrays.
         static: numbers of its arguments that are static.
+        static_names: names of keywords that are static.
         level: XLA's effort, from 0; its own by default.
     """
+    compiled = partial(jax.jit, function, static_argnums=static, static_argnames=static_names)
+    effort = {} if level is None else {"xla_backend_optimization_level": level}
+
+    @cache
+    def program(is_part: bool) -> Callable[P, T]:
+        return compiled() if is_part else compiled(compiler_options={**effort, **one_module()})
 
     @wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> T:
-        return compiled()(*args, **kwargs)
-
-    @cache
-    def compiled() -> Callable[P, T]:
-        effort = {} if level is None else {"xla_backend_optimization_level": level}
-        options = {**effort, **one_module()}
-        return jax.jit(function, static_argnums=static, compiler_options=options)
+        leaves = jax.tree.leaves((args, kwargs))
+        is_part = any(isinstance(leaf, Tracer) for leaf in leaves)
+        return program(is_part)(*args, **kwargs)
 
     return call
 

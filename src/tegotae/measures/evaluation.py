@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_M, MOST_POINTS, MOST_RAD_PER_S
+from tegotae._support.transforms import jit_in_one_module
 from tegotae.measures.hopping.gait import gait
 from tegotae.measures.hopping.hopping import Hops, LimitCycle, Settled, find_limit_cycle, hops
 from tegotae.measures.hopping.metrics import (
@@ -404,7 +405,7 @@ class EvaluatedEpisodes:
         return {metric.name: np.asarray(metric.compute(episodes), float) for metric in metrics}
 
 
-@jax.jit
+@jit_in_one_module
 def _next_apex_s(trajectory: Trajectory, rest_length_m: Numeric, after_s: Numeric) -> jax.Array:
     """Return the time of the apex of the first hop after a time [s], [lanes]; infinite if there
     is none.
@@ -421,4 +422,4 @@ def _hops_and_end(
 
 
 # Apart from the rollout, which is thus not compiled anew for other tolerances.
-_settled = jax.jit(find_limit_cycle, static_argnames="settings")
+_settled = jit_in_one_module(find_limit_cycle, static_names=("settings",))

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tegotae._support.errors import TegotaeError, require_finite
+from tegotae._support.transforms import jit_in_one_module
 from tegotae.measures.hopping.hopping import Hops, LimitCycle, hops
 from tegotae.measures.hopping.metrics import (
     AT_REST,
@@ -93,7 +94,7 @@ class Gait:
 _STATIC = ("frame_s", "undisturbed_s", "limit_cycle", "work", "has_oscillator", "metrics")
 
 
-@partial(jax.jit, static_argnames=_STATIC)
+@partial(jit_in_one_module, static_names=_STATIC)
 def gait(
     trajectory: Trajectory,
     *,
