@@ -38,7 +38,7 @@ class Release:
 
     Args:
         height_m: height of the body [m].
-        velocity_m_per_s: its vertical velocity [m/s].
+        velocity_m_per_s: vertical velocity of the body [m/s].
         phase_rad: phase of the oscillators [rad], one for all or one a limb.
         initial_pose: further numbers that the body's release takes, pairs of name and number, such
             as (("pitch_rad", 0.1),) for a bar.

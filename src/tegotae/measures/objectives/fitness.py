@@ -92,11 +92,11 @@ class Fitness(_SettledHops):
     could be learned from them.
 
     Args:
-        settle_s: time left to settle [s].
+        settle_s: time at the start of an episode that does not count [s].
         work: definition of work, one of "absolute", "positive", "net".
-        follow_omega: whether ΔΩ counts; it does not without an oscillator, nor in the paper's
-            comparison of algorithms (Fig. 3).
-        frequency_weight: what ΔΩ counts for, w [m/J per rad²/s²].
+        follow_omega: ΔΩ counts unless this is off; it never counts without an oscillator, nor in
+            the paper's comparison of algorithms (Fig. 3).
+        frequency_weight: weight w of ΔΩ [m/J per rad²/s²].
 
     Raises:
         TegotaeError: for an unknown definition, a negative settling time or a negative weight.
@@ -179,8 +179,8 @@ class HoppingLegs(_SettledHops):
     Of equal fitness the body whose middle climbs more is better, by less than 1e-3.
 
     Args:
-        settle_s: time left to settle [s].
-        follow_omega: whether ΔΩ counts; it does not without an oscillator.
+        settle_s: time at the start of an episode that does not count [s].
+        follow_omega: ΔΩ counts unless this is off; it never counts without an oscillator.
 
     Raises:
         TegotaeError: for a negative time.

@@ -88,7 +88,7 @@ class Walking(_SettledWalk):
 
     Args:
         speed_m_per_s: the speed that is wanted v* [m/s].
-        settle_s: time left to settle [s].
+        settle_s: time at the start of an episode that does not count [s].
         tracking: w.
 
     Raises:
@@ -136,7 +136,7 @@ class CommandedWalking(_SettledWalk):
         front: pairs of speed [m/s] and cost of transport, by rising speed; between them straight
             lines, beyond the ends the last value.
         advance_m_per_rad: the way per radian of the command that is wanted, b [m/rad].
-        settle_s: time left to settle [s].
+        settle_s: time at the start of an episode that does not count [s].
         tracking: w.
 
     Raises:

@@ -125,8 +125,8 @@ class Hopping(EnvObjective):
     evaluated by `tegotae.measures.objectives.fitness.Fitness` as an episode of the engine is.
 
     Args:
-        settle_s: time left to settle [s].
-        follow_omega: whether ΔΩ counts.
+        settle_s: time at the start of an episode that does not count [s].
+        follow_omega: ΔΩ counts unless this is off.
         work: definition of work, one of "absolute", "positive", "net"; the wiring names the entry
             of the observation that measures it.
 
