@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
-from math import cos, pi, sin, sqrt
+from math import cos, pi, prod, sin, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +31,7 @@ from matplotlib.figure import Figure
 
 import tegotae
 from research.frame import main, write_rows
+from tegotae.analysis.simulation import largest_change_m
 from tegotae.figures.style import PAGE_IN, new_figure, save_figure, styled
 from tegotae.measures.hopping.hopping import hop_height_m
 from tegotae.parts.controller import Controller, Tegotae
@@ -40,6 +41,7 @@ from tegotae.parts.terms import (
     Network,
     Reflex,
     Sector,
+    SectorAndReflex,
     VanillaAction,
     VanillaReaction,
 )
@@ -167,19 +169,6 @@ def _only_apexes(trajectory, scenario, body, timing):
     return trajectory.apex_height_m
 
 
-def largest_error_m(heights: np.ndarray, expected: np.ndarray) -> float:
-    """Return the largest difference between the nth hops' heights [m]; infinite if hops were lost
-    or added.
-
-    Errors in time make one scheme's window end just before a hop that the other still sees.
-    """
-    hops = heights[heights >= hop_height_m(1.0)]
-    if abs(len(hops) - len(expected)) > 1:
-        return np.inf
-    count = min(len(hops), len(expected))
-    return float(np.abs(hops[:count] - expected[:count]).max(initial=0.0))
-
-
 def study() -> list[dict]:
     """Return a row per actuation, scheme, number type, tick and case that is not chaotic."""
     cases = [(w, s) for w in OMEGAS for s in SIGMAS]
@@ -207,7 +196,8 @@ def study() -> list[dict]:
                     "amplification": solution.amplification,
                     "kind": kind(solution.amplification),
                     "hops": len(solution.hops_m),
-                    "largest_apex_error_mm": 1e3 * largest_error_m(heights[:, i], solution.hops_m),
+                    "largest_apex_error_mm": 1e3
+                    * largest_change_m(heights[:, i], solution.hops_m, 1.0),
                 }
                 for i, ((omega, sigma), solution) in enumerate(zip(cases, expected, strict=True))
                 if kind(solution.amplification) != "chaotic"
@@ -218,27 +208,32 @@ def study() -> list[dict]:
 def learned(saved: tegotae.SavedController) -> Law:
     """Return a trained law in the solver's form, from the equations and the weights alone."""
     controller, body, weights = saved.controller, saved.body, np.asarray(saved.weights, float)
-    parts = {role: weights[part] for role, part in controller.layout.items()}
-    weight_n = body.mass_kg * body.gravity_m_per_s2
+    terms = {
+        role: (term, weights[controller.layout[role]]) for role, term in controller.terms.items()
+    }
+    force_n = body.mass_kg * body.gravity_m_per_s2
+    speed = sqrt(body.gravity_m_per_s2 * body.rest_length_m)
     rate = sqrt(body.gravity_m_per_s2 / body.rest_length_m)
 
-    def value(role: str, phase: float, spring: float, f: float = 0.0) -> float:
-        term = controller.terms[role]
-        if not isinstance(term, Network):
-            plain = {VanillaAction: -cos(phase), VanillaReaction: spring, ConstantGain: parts[role]}
-            return float(np.sum(plain[type(term)]))
-        read = {"sin_phase": sin(phase), "cos_phase": cos(phase)}
-        read |= {"spring_force": spring / weight_n, "feedback": f / rate}
-        return network(parts[role], tuple(read[name] for name in term.reads))
+    def value(role: str, phase: float, spring: float, v: float, f: float = 0.0) -> float:
+        term, numbers = terms[role]
+        if isinstance(term, Network):
+            read = {"sin_phase": sin(phase), "cos_phase": cos(phase), "feedback": f / rate}
+            read |= {"spring_force": spring / force_n, "velocity": v / speed}
+            return network(numbers, tuple(read[name] for name in term.reads))
+        plain = {VanillaAction: -cos(phase), VanillaReaction: spring, ConstantGain: numbers}
+        plain |= {Sector: 0.0, Reflex: -min(0.0, f), SectorAndReflex: -min(0.0, f)}
+        return float(np.sum(plain[type(term)]))
 
     def feedback(phase: float, spring: float, v: float) -> float:
-        return np.prod([value(role, phase, spring) for role in ("action", "reaction", "gain")])
+        factors = [role for role in terms if role != "actuation"]
+        return prod(value(role, phase, spring, v) for role in factors) if factors else 0.0
 
     def force(phase: float, f: float, spring: float, v: float) -> float:
-        is_network = isinstance(controller.actuation, Network)
-        return value("actuation", phase, spring, f) if is_network else -min(0.0, f)
+        return value("actuation", phase, spring, v, f)
 
-    sector = None if isinstance(controller.actuation, Network) else (1.75 * pi, 1.85 * pi)
+    switches = isinstance(controller.actuation, Sector)
+    sector = (1.75 * pi, 1.85 * pi) if switches else None
     return Law(f"{saved.name} {weights.tolist()}", feedback, force, sector)
 
 
@@ -268,7 +263,8 @@ def study_of_learned() -> list[dict]:
                     "amplification": solution.amplification,
                     "kind": kind(solution.amplification),
                     "hops": len(solution.hops_m),
-                    "largest_apex_error_mm": 1e3 * largest_error_m(heights[:, 0], solution.hops_m),
+                    "largest_apex_error_mm": 1e3
+                    * largest_change_m(heights[:, 0], solution.hops_m, 1.0),
                 }
             )
     return rows

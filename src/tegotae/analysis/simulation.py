@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from tegotae._support.documents import JsonObject, as_json
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_M, require_within
-from tegotae.measures.hopping.hopping import dies_out, whole_hops
+from tegotae.measures.hopping.hopping import dies_out, hop_height_m, whole_hops
 from tegotae.measures.hopping.signals import cot_inverse, work_total
 from tegotae.parts._shapes import AnyArray
 from tegotae.parts.bodies import Body, require_one_limb
@@ -108,6 +108,30 @@ class Result:
         if hops == 0:
             return f"one hop from {start_s:g} s on; it takes a whole one, from apex to apex"
         return None
+
+
+def largest_change_m(apexes_m: np.ndarray, others_m: np.ndarray, rest_length_m: float) -> float:
+    """Return the largest difference between the nth hops' apexes of two rollouts [m]; infinite if
+    hops were lost or added.
+
+    A last hop that only one of them reaches does not count: errors in time make a rollout end just
+    before a hop that the other has.
+
+    Args:
+        apexes_m: heights of apexes in the order of time [m]; NaN stands for none.
+        others_m: those of the other rollout, such as one at half the control period.
+        rest_length_m: rest length of the leg, from which a hop is told from a bounce [m].
+
+    Example:
+        >>> float(round(largest_change_m(np.array([1.2, 1.3]), np.array([1.2, 1.29, 1.3]), 1.0), 4))
+        0.01
+    """
+    lowest_m = hop_height_m(rest_length_m)
+    first, second = (heights[heights >= lowest_m] for heights in (apexes_m, others_m))
+    count = min(len(first), len(second))
+    if max(len(first), len(second)) > count + 1:
+        return math.inf
+    return float(np.abs(first[:count] - second[:count]).max(initial=0.0))
 
 
 def simulate(

@@ -45,6 +45,8 @@ from tegotae.simulation.summaries import KeptChannels, Summary
 
 CONTINUOUS = PredictorCorrector()
 """Time as the paper has it: the controller is not held over a control period."""
+ACCURACY = 0.01
+"""Largest relative error of a metric that is resolved by the control period."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,6 +138,31 @@ class Evaluation:
         defines is NaN.
         """
         return {name: mean_defined(values) for name, values in self.episodes.items()}
+
+    def resolved(self, finer: Evaluation) -> np.ndarray:
+        """Return which episodes half the control period leaves as they are, [runs, episodes].
+
+        Of every metric of the finer evaluation both values are undefined, or half the period
+        changes it by at most 0.5 %. Where halving at least halves the error, that is at most 1 %.
+
+        Args:
+            finer: the same runs at half the control period, with some of the metrics.
+
+        Example:
+            >>> from tegotae.systems.recipe import recipe
+            >>> controller, metrics = recipe("V-reflex-w8").controller(), ["cot_inverse"]
+            >>> coarse, fine = (
+            ...     evaluate(controller, [2.0], 8.0, protocol=Protocol(tick_s=x), metrics=metrics)
+            ...     for x in (0.002, 0.001)
+            ... )
+            >>> coarse.resolved(fine).tolist()
+            [[True, True, True, True, True]]
+        """
+        close = [
+            np.isclose(self.episodes[name], values, rtol=0.5 * ACCURACY, atol=0.0, equal_nan=True)
+            for name, values in finer.episodes.items()
+        ]
+        return np.all(close, axis=0)
 
     def summary(self) -> dict[str, Interval]:
         """Return the mean over runs of each metric, with its spread and 95 % interval within

@@ -1,0 +1,206 @@
+"""Tell which results the control period resolves, and judge and train laws where it does.
+
+    python -m research.convergence.resolved check     # 100 laws against the solver, 12 min
+    python -m research.convergence.resolved zoo       # all runs of the study at five ticks, 12 min
+    python -m research.convergence.resolved train     # 72 models trained at 0.5 ms, 40 min of CPU
+    python -m research.convergence.resolved report    # the page's tables
+
+Each continues where it was stopped. Plan, made before the runs:
+
+A result is resolved at a tick T if half of T leaves it as it is. If halving at least halves the
+error, the error at T is at most twice the change; so a change of half of the accuracy is allowed.
+- An apex: accuracy 1 mm, so that the heights of a rollout of 20 s change by at most 0.5 mm.
+- An episode of the evaluation: accuracy 1 %, so that CoT⁻¹ changes by at most 0.5 %, and both
+  settle or neither does.
+
+`check`: 100 laws of the zoo `paper`, drawn at random, of every family equally many but for one. At
+2, 1 and 0.5 ms, in float32, a flag is raised by the change from T to T/2; an apex more than 1 mm
+off the adaptive solver is wrong. Hits, misses and false alarms are counted in regular laws, and the
+flags in others. Expected: no miss at 1 ms or below; at 2 ms at most 3 of the regular laws.
+
+`zoo`: every run at five frequencies at 2, 1, 0.5, 0.25 and 0.125 ms, in float32. The last is the
+reference of hits and misses. A run is judged at the first of 1, 0.5 and 0.25 ms at which all of its
+episodes are resolved, and at 0.125 ms if none is; the study judges all at 1 ms. A family's table
+changes if the 95 % interval over its runs of the paired difference excludes zero, and materially
+so from 0.01 m/J or 0.01 of settled episodes on.
+
+`train`: every model of AR, ART, ARG and ARGT, five seeds, at 0.5 ms, otherwise as in the study,
+and evaluated at 0.5 ms; paired by seed with the study's runs, trained at 2 ms, at the same
+evaluation. Statements on gain networks: `arg-cot` and `argt-cot` (CoT⁻¹ with a gain network minus
+without, at equal senses of R and actuation), and `arg-feedback-off` (the same of
+`feedback_share`). One changes if its sign does, or its interval's exclusion of zero.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from research.convergence.run import kind, learned, reference
+from research.frame import Row, Table, main
+from research.reproduction.claims.designs import DRIVES
+from research.reproduction.plan import plan
+from research.reproduction.unit import Unit, work
+from tegotae.analysis.simulation import largest_change_m, simulate
+from tegotae.measures.evaluation import Evaluation, evaluate
+from tegotae.parts.fields import replace
+from tegotae.simulation.timing import Timing
+from tegotae.systems.controller_file import SavedController, load
+from tegotae.systems.zoo import FOLDER as ZOO, Zoo, open_zoo
+
+FOLDER = Path(__file__).parent
+LAWS = Table(FOLDER / "resolved_laws.csv", ("law",))
+RUNS = Table(FOLDER / "resolved_runs.csv", ("model",))
+TRAINED = Table(FOLDER / "resolved_trained.csv", ("model",))
+TICKS_MS = (2.0, 1.0, 0.5, 0.25, 0.125)
+SEEDS = 5
+COLUMNS = ("cot_inverse", "limit_cycle_share", "feedback_share")
+"""Metrics of runs that are kept."""
+
+
+@cache
+def zoo_of_study() -> Zoo:
+    """Return the study's controllers."""
+    return open_zoo(ZOO / "paper.npz")
+
+
+def family(model: str) -> str:
+    """Return the architecture of a model's name."""
+    return model.partition("-")[0]
+
+
+def drawn_laws(count: int, seed: int = 0) -> list[str]:
+    """Draw laws of the zoo, one family after the other."""
+    draw, models = np.random.default_rng(seed), list(zoo_of_study().models)
+    families = list(dict.fromkeys(map(family, models)))
+    laws: dict[str, None] = {}
+    while len(laws) < count:
+        name = families[len(laws) % len(families)]
+        model = draw.choice([model for model in models if family(model) == name])
+        laws[f"{model}/{draw.integers(zoo_of_study().models[model])}"] = None
+    return list(laws)
+
+
+def apexes_m(saved: SavedController, tick_s: float) -> np.ndarray:
+    """Return the apex heights of 20 s of a law, in float32 [m]."""
+    timing = Timing(duration_s=20.0, tick_s=tick_s, frame_s=0.01)
+    return simulate(saved.system, saved.weights, timing).apexes[1]
+
+
+def law_rows(law: str) -> list[Row]:
+    """Return the errors of a law at ticks, and its changes by half of them [mm]."""
+    saved = load(f"zoo:paper:{law}")
+    solution = reference(learned(saved), saved.omega or 0.0)
+    apexes = {tick_ms: apexes_m(saved, 1e-3 * tick_ms) for tick_ms in TICKS_MS[:4]}
+    row: Row = {"family": family(law), "law": law, "amplification": solution.amplification}
+    row |= {"kind": kind(solution.amplification), "hops": len(solution.hops_m)}
+    for tick_ms, half_ms in pairwise(apexes):
+        heights = apexes[tick_ms]
+        row[f"error_mm_{tick_ms:g}"] = 1e3 * largest_change_m(heights, solution.hops_m, 1.0)
+        row[f"change_mm_{tick_ms:g}"] = 1e3 * largest_change_m(heights, apexes[half_ms], 1.0)
+    return [row]
+
+
+def check(count: int = 100) -> None:
+    """Compare random laws with the solver and with themselves at half the tick."""
+    LAWS.measure([(law,) for law in drawn_laws(count)], law_rows)
+
+
+def evaluated(
+    saved: SavedController, weights: np.ndarray, ticks_ms: Iterable[float]
+) -> dict[float, Evaluation]:
+    """Return the evaluations of a model's runs by tick [ms]."""
+    assert saved.experiment is not None
+    protocol = saved.system.evaluated_by(saved.experiment.protocol)
+    return {
+        tick_ms: evaluate(
+            *(saved.controller, weights, saved.omega, saved.body),
+            dataclasses.replace(protocol, tick_s=1e-3 * tick_ms),
+            COLUMNS,
+        )
+        for tick_ms in ticks_ms
+    }
+
+
+def unresolved(at: Mapping[float, Evaluation]) -> dict[float, np.ndarray]:
+    """Return by tick [ms] in which episodes half of it changes CoT⁻¹, [runs, episodes]."""
+    efficiency = {
+        tick_ms: dataclasses.replace(x, episodes={"cot_inverse": x.episodes["cot_inverse"]})
+        for tick_ms, x in at.items()
+    }
+    return {
+        tick_ms: ~efficiency[tick_ms].resolved(efficiency[half_ms])
+        for tick_ms, half_ms in pairwise(at)
+    }
+
+
+def run_rows(model: str) -> list[Row]:
+    """Return the values of a model's runs at the study's tick and judged resolved, and how many
+    episodes are wrong and flagged at each tick."""
+    weights = zoo_of_study().weights(model)
+    at = evaluated(load(f"zoo:paper:{model}/0"), weights, TICKS_MS)
+    flags, values = unresolved(at), {tick_ms: x.runs() for tick_ms, x in at.items()}
+    finest = at[TICKS_MS[-1]].episodes["cot_inverse"]
+    rows: list[Row] = []
+    for run in range(len(weights)):
+        judged_ms = next((x for x in TICKS_MS[1:-1] if not flags[x][run].any()), TICKS_MS[-1])
+        row: Row = {"model": model, "run": run, "judged_at_ms": judged_ms}
+        for name in COLUMNS:
+            for key, tick_ms in {"2": 2.0, "1": 1.0, "judged": judged_ms}.items():
+                row[f"{name}_{key}"] = values[tick_ms][name][run]
+        for tick_ms, flag in flags.items():
+            efficiency = at[tick_ms].episodes["cot_inverse"][run]
+            wrong = ~np.isclose(efficiency, finest[run], rtol=0.01, atol=0.0, equal_nan=True)
+            row[f"flagged_{tick_ms:g}"] = int(flag[run].sum())
+            row[f"wrong_{tick_ms:g}"] = int(wrong.sum())
+            row[f"missed_{tick_ms:g}"] = int((wrong & ~flag[run]).sum())
+        rows.append(row | {"episodes": finest.shape[1]})
+    return rows
+
+
+def zoo() -> None:
+    """Judge all runs of the study's zoo."""
+    RUNS.measure([(model,) for model in zoo_of_study().models], run_rows)
+
+
+def trained_rows(model: str) -> list[Row]:
+    """Train a model at 0.5 ms, and return its runs beside those of the study, at 0.5 ms."""
+    (unit,) = plan("paper", model).units
+    ticks = {"system.timing.tick_s": 0.0005, "protocol.tick_s": 0.0005}
+    run = dataclasses.replace(
+        unit.run, experiment=replace(unit.run.experiment, ticks), seeds=tuple(range(SEEDS))
+    )
+    record, saved = work(Unit(run)), load(f"zoo:paper:{model}/0")
+    archive = zoo_of_study()
+    assert archive.runs(model)["seed"][:SEEDS].tolist() == list(run.seeds)
+    rows: list[Row] = []
+    for tick_ms, weights, fitness in (
+        (0.5, record.weights, record.best_fitness),
+        (2.0, archive.weights(model)[:SEEDS], archive.runs(model)["fitness"]),
+    ):
+        at = evaluated(saved, weights, TICKS_MS[:4])
+        values, flags = at[0.5].runs(), unresolved(at)
+        for seed in run.seeds:
+            row: Row = {"model": model, "trained_at_ms": tick_ms, "run": seed}
+            row |= {"fitness": fitness[seed]} | {name: values[name][seed] for name in COLUMNS}
+            for tick, flag in flags.items():
+                row[f"flagged_{tick:g}"] = int(flag[seed].sum())
+            rows.append(row)
+    return rows
+
+
+def train() -> None:
+    """Train the models of learned feedback at a resolving tick."""
+    models = [m for m in zoo_of_study().models if family(m) in ("AR", "ART", "ARG", "ARGT")]
+    # Input by input of the actuation, so that a part of the study has all architectures.
+    models.sort(key=lambda model: (DRIVES[model.split("-")[-2]], model[-2:]))
+    TRAINED.measure([(model,) for model in models], trained_rows)
+
+
+if __name__ == "__main__":
+    main(check, zoo, train)
