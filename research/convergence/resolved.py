@@ -25,7 +25,7 @@ changes if the 95 % interval over its runs of the paired difference excludes zer
 so from 0.01 m/J or 0.01 of settled episodes on.
 
 `train`: every model of AR, ART, ARG and ARGT, three seeds, at 0.5 ms, otherwise as in the study,
-and evaluated at 0.5 ms; paired by seed with the study's runs, trained at 2 ms, at the same
+and evaluated at 0.5 ms, models that sense F_k alone first, others as time allows; paired by seed with the study's runs, trained at 2 ms, at the same
 evaluation. Statements on gain networks: `arg-cot` and `argt-cot` (CoT⁻¹ with a gain network minus
 without, at equal senses of R and actuation), and `arg-feedback-off` (the same of
 `feedback_share`). One changes if its sign does, or its interval's exclusion of zero.
@@ -197,8 +197,8 @@ def trained_rows(model: str) -> list[Row]:
 def train() -> None:
     """Train the models of learned feedback at a resolving tick."""
     models = [m for m in zoo_of_study().models if family(m) in ("AR", "ART", "ARG", "ARGT")]
-    # Input by input of the actuation, so that a part of the study has all architectures.
-    models.sort(key=lambda model: (DRIVES[model.split("-")[-2]], model[-2:]))
+    # Senses, then inputs of the actuation: a part of the study has all architectures alike.
+    models.sort(key=lambda model: ("Fv" in model, DRIVES[model.split("-")[-2]], model[-2:]))
     TRAINED.measure([(model,) for model in models], trained_rows)
 
 
