@@ -25,10 +25,11 @@ changes if the 95 % interval over its runs of the paired difference excludes zer
 so from 0.01 m/J or 0.01 of settled episodes on.
 
 `train`: every model of AR, ART, ARG and ARGT, three seeds, at 0.5 ms, otherwise as in the study,
-and evaluated at 0.5 ms, models that sense F_k alone first, others as time allows; paired by seed with the study's runs, trained at 2 ms, at the same
-evaluation. Statements on gain networks: `arg-cot` and `argt-cot` (CoT⁻¹ with a gain network minus
-without, at equal senses of R and actuation), and `arg-feedback-off` (the same of
-`feedback_share`). One changes if its sign does, or its interval's exclusion of zero.
+and evaluated at 0.5 ms; models that sense F_k alone first, others as time allows. They are paired
+by seed with the study's runs, trained at 2 ms, at the same evaluation. Statements on gain networks:
+`arg-cot` and `argt-cot` (CoT⁻¹ with a gain network minus without, at equal senses of R and
+actuation), and `arg-feedback-off` (the same of `feedback_share`). One changes if its sign does, or
+its interval's exclusion of zero.
 """
 
 from __future__ import annotations

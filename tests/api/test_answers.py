@@ -188,3 +188,24 @@ def test_the_runs_of_a_training_can_be_loaded_as_an_object():
 @pytest.mark.parametrize("value", [3, None, {"a": 1}, object()])
 def test_an_object_that_is_no_controller_is_refused(value):
     refused("it must be a text or an object with weights", load, value)
+
+
+STIFF = "zoo:ARGT-rF-gF-tphi-w4/2"
+
+
+def test_an_evaluation_names_the_controllers_that_its_tick_does_not_resolve():
+    table = load("V-reflex-w8").evaluate(STIFF, protocol={"tick_s": 0.002}, metric=("cot_inverse",))
+    unresolved = table.table.groupby("controller").resolved.agg(lambda x: (~x).sum())
+    assert unresolved.to_dict() == {"V-reflex-w8": 0, "ARGT-rF-gF-tphi-w4": 4}
+    (note,) = [note for note in table.notes if "resolved" in note]
+    assert note.startswith("Not resolved by a tick of 2 ms: 4 of 5 episodes of ARGT-rF-gF-tphi-w4.")
+
+
+def test_a_rollout_says_if_its_tick_does_not_resolve_it_unless_the_controller_is_held():
+    def notes(name, **options):
+        return [note for note in load(name).simulate(**options).notes if "resolved" in note]
+
+    assert notes(STIFF, tick_s=0.002) == [
+        "Not resolved by a tick of 2 ms: half the tick moves an apex by 0.049 m."
+    ]
+    assert notes(STIFF, tick_s=0.002, hold=True) == notes("V-reflex-w8") == []

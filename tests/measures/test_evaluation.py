@@ -12,6 +12,7 @@ from tegotae.measures.evaluation import Evaluation, Protocol, evaluate
 from tegotae.measures.hopping import LimitCycle
 from tegotae.measures.hopping.hopping import Hops, find_limit_cycle
 from tegotae.measures.hopping.metrics import HOPPING
+from tegotae.systems.controller_file import load
 from tegotae.systems.recipe import recipe
 
 SHORT = Protocol(undisturbed_s=15.0, disturbed_s=10.0)
@@ -126,3 +127,15 @@ def test_what_cannot_be_evaluated_is_refused_before_it_is_rolled_out(weights, om
 )
 def test_protocols_that_mean_nothing_are_refused(setting, value):
     refused(setting.removesuffix("s"), Protocol, **{setting: value})
+
+
+def test_an_episode_is_resolved_if_half_the_tick_leaves_it_as_it_is():
+    saved = load("zoo:ARGT-rF-gF-tphi-w4/2")
+
+    def evaluated(tick_s):
+        protocol = Protocol(tick_s=tick_s)
+        return evaluate(saved.controller, saved.weights, 4.0, None, protocol, ["cot_inverse"])
+
+    two, one, half = map(evaluated, (0.002, 0.001, 0.0005))
+    assert two.resolved(one).tolist() == [[False, False, False, False, True]]
+    assert one.resolved(half).all()

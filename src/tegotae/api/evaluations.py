@@ -48,6 +48,7 @@ class EvaluationTable(Table):
         return dataclasses.replace(
             tables[0],
             rows=pd.concat([table.rows for table in tables], ignore_index=True),
+            notes=tuple(dict.fromkeys(note for table in tables for note in table.notes)),
             metrics=tuple({x.name: x for table in tables for x in table.metrics}.values()),
             trained={name: x for table in tables for name, x in table.trained.items()},
             exact=frozenset[str]().union(*(table.exact for table in tables)),

@@ -4,21 +4,30 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from types import SimpleNamespace
 from typing import Annotated, Any, TypedDict, Unpack
 
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, require_finite
 from tegotae._support.limits import MOST_GAIN, require_within
-from tegotae.analysis.simulation import Result, simulate
+from tegotae.analysis.simulation import Result, largest_change_m, simulate
 from tegotae.api.controller import Changes, LoadedController, MetricOptions, Subject, Work
 from tegotae.api.evaluations import EvaluationTable
 from tegotae.api.parameters import Values, check_types, filled
 from tegotae.api.results import Animation, MatplotlibFigure, Recording, Table
-from tegotae.measures.evaluation import Protocol, evaluate, require_evaluable
+from tegotae.measures.evaluation import (
+    ACCURACY,
+    CONTINUOUS,
+    Evaluation,
+    Protocol,
+    evaluate,
+    require_evaluable,
+)
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.hopping.signals import work_total
+from tegotae.measures.metric import Metric
 from tegotae.parts.bodies import Body
 from tegotae.parts.fields import replace
 from tegotae.simulation.integrators import Hold
@@ -32,6 +41,13 @@ SERIES = (
     *("feedback_rad_per_s", "actuator_force_n", "ground_m", "climb_flight_m", "climb_m"),
 )
 """The columns of the time series, and beside it the running total of the work."""
+MEANS = (
+    "Mean over runs [95 % interval]. A body at rest has CoT⁻¹ 0; hopping without a limit cycle "
+    "has neither CoT⁻¹ nor transients, and counts in the share of limit cycles. – is undefined, * "
+    "means that some runs are."
+)
+ACCURACY_M = 0.001
+"""Largest error of the apexes of a rollout that the control period resolves [m]."""
 OF_HOPS = {
     "hops": "whole hops",
     "cot_inverse_flight": "CoT⁻¹ (flight) [m/J]",
@@ -146,6 +162,7 @@ class HopperController(LoadedController):
                 f"failed at {summary['failed_time_s']:.2f} s: the leg has no length left, or the "
                 "numbers exceed their range"
             )
+        notes += self._resolution(values, result)
         return Recording(
             name=self.name,
             title=f"{len(result.apexes[0])} apexes"
@@ -162,6 +179,18 @@ class HopperController(LoadedController):
             draw=lambda: _figures(result),
             film=lambda: _animation(result),
         )
+
+    def _resolution(self, values: Any, result: Result) -> list[str]:
+        """Return a note if half the control period changes a rollout in continuous time."""
+        tick_s, body = values.tick_s, result.body
+        if result.system.integrator != CONTINUOUS or 2.0 * values.duration_s > MOST_TICKS * tick_s:
+            return []
+        finer = self._rolled_out(SimpleNamespace(**vars(values) | {"tick_s": 0.5 * tick_s}))
+        change_m = largest_change_m(result.apexes[1], finer.apexes[1], body.rest_length_m)
+        if change_m <= 0.5 * ACCURACY_M:
+            return []
+        change = f"moves an apex by {change_m:.2g} m" if change_m < math.inf else "changes the hops"
+        return [f"Not resolved by a tick of {1e3 * tick_s:g} ms: half the tick {change}."]
 
     def _rolled_out(self, values: Any) -> Result:
         tick_s, drops = values.tick_s, values.drop_m != 0.0
@@ -226,28 +255,40 @@ class HopperController(LoadedController):
     def _measured(self, options: Any) -> EvaluationTable:
         runs = replace(self.runs, {"body": options.body})
         metrics = self._metrics(options.metric)
-        result = evaluate(
-            runs.controller,
-            runs.weights,
-            options.omega,
-            runs.body,
-            options.protocol,
-            metrics=metrics,
-            start=runs.system.scenario()._replace(height_m=options.protocol.release_m),
-            integrator=runs.system.integrator,
-        )
+        judged = ("cot_inverse",) if options.metric else ("cot_inverse", "recovery_share")
+
+        def evaluated(metrics: Iterable[str | Metric], tick_s: float) -> Evaluation:
+            return evaluate(
+                runs.controller,
+                runs.weights,
+                options.omega,
+                runs.body,
+                dataclasses.replace(options.protocol, tick_s=tick_s),
+                metrics=metrics,
+                start=runs.system.scenario()._replace(height_m=options.protocol.release_m),
+                integrator=runs.system.integrator,
+            )
+
+        tick_s = options.protocol.tick_s
+        result, notes = evaluated((*metrics, *judged), tick_s), [MEANS]
+        resolved = np.ones((len(runs.labels), len(result.omega)), bool)
+        if runs.system.integrator == CONTINUOUS:
+            resolved = result.resolved(evaluated(judged, 0.5 * tick_s))
+        if not resolved.all():
+            notes.append(
+                f"Not resolved by a tick of {1e3 * tick_s:g} ms: {np.sum(~resolved)} of "
+                f"{resolved.size} episodes of {self.name}. Half the tick changes their CoT⁻¹ by "
+                f"more than {50 * ACCURACY:g} %, or whether they settle or recover."
+            )
         labels, omegas = runs.labels, result.omega
         rows = {"run": np.repeat(labels, len(omegas)), "omega": np.tile(omegas, len(labels))}
+        values = {metric.name: result.episodes[metric.name].ravel() for metric in metrics}
         return self._measurements(
-            rows | {name: values.ravel() for name, values in result.episodes.items()},
+            rows | values | {"resolved": resolved.ravel()},
             metrics,
             options,
             shows_all=bool(options.metric),
-            notes=[
-                "Mean over runs [95 % interval]. A body at rest has CoT⁻¹ 0; hopping without a "
-                "limit cycle has neither CoT⁻¹ nor transients, and counts in the share of limit "
-                "cycles. – is undefined, * means that some runs are."
-            ],
+            notes=notes,
         )
 
 
