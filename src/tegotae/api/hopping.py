@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from types import SimpleNamespace
 from typing import Annotated, Any, TypedDict, Unpack
 
@@ -130,6 +131,8 @@ class HopperController(LoadedController):
     ) -> Recording:
         """Simulate a body with one leg: apexes and efficiency.
 
+        A note says if half the control period moves an apex by more than 0.5 mm.
+
         Args:
             duration_s: simulated time [s].
             drop_m: height by which the ground drops [m]; a negative one raises it.
@@ -182,11 +185,12 @@ class HopperController(LoadedController):
 
     def _resolution(self, values: Any, result: Result) -> list[str]:
         """Return a note if half the control period changes a rollout in continuous time."""
-        tick_s, body = values.tick_s, result.body
-        if result.system.integrator != CONTINUOUS or 2.0 * values.duration_s > MOST_TICKS * tick_s:
-            return []
-        finer = self._rolled_out(SimpleNamespace(**vars(values) | {"tick_s": 0.5 * tick_s}))
-        change_m = largest_change_m(result.apexes[1], finer.apexes[1], body.rest_length_m)
+        tick_s, change_m = values.tick_s, 0.0
+        if result.system.integrator == CONTINUOUS:
+            with suppress(TegotaeError):  # half the period may be too short, as for delayed senses
+                half = SimpleNamespace(**vars(values) | {"tick_s": 0.5 * tick_s})
+                apexes_m = (x.apexes[1] for x in (result, self._rolled_out(half)))
+                change_m = largest_change_m(*apexes_m, result.body.rest_length_m)
         if change_m <= 0.5 * ACCURACY_M:
             return []
         change = f"moves an apex by {change_m:.2g} m" if change_m < math.inf else "changes the hops"
@@ -220,6 +224,9 @@ class HopperController(LoadedController):
         self, *others: Subject | LoadedController, **options: Unpack[HopperEvaluation]
     ) -> Table:
         """Evaluate hopping as in the paper: at several frequencies, with a drop of the ground.
+
+        A note counts the episodes that half the control period changes; the column `resolved` has
+        them.
 
         Args:
             others: further controllers.
@@ -255,6 +262,7 @@ class HopperController(LoadedController):
     def _measured(self, options: Any) -> EvaluationTable:
         runs = replace(self.runs, {"body": options.body})
         metrics = self._metrics(options.metric)
+        # With the drop, the programs of the whole evaluation serve at half the tick, too.
         judged = ("cot_inverse",) if options.metric else ("cot_inverse", "recovery_share")
 
         def evaluated(metrics: Iterable[str | Metric], tick_s: float) -> Evaluation:
@@ -271,24 +279,20 @@ class HopperController(LoadedController):
 
         tick_s = options.protocol.tick_s
         result, notes = evaluated((*metrics, *judged), tick_s), [MEANS]
-        resolved = np.ones((len(runs.labels), len(result.omega)), bool)
-        if runs.system.integrator == CONTINUOUS:
-            resolved = result.resolved(evaluated(judged, 0.5 * tick_s))
-        if not resolved.all():
-            notes.append(
-                f"Not resolved by a tick of {1e3 * tick_s:g} ms: {np.sum(~resolved)} of "
-                f"{resolved.size} episodes of {self.name}. Half the tick changes their CoT⁻¹ by "
-                f"more than {50 * ACCURACY:g} %, or whether they settle or recover."
-            )
         labels, omegas = runs.labels, result.omega
         rows = {"run": np.repeat(labels, len(omegas)), "omega": np.tile(omegas, len(labels))}
-        values = {metric.name: result.episodes[metric.name].ravel() for metric in metrics}
+        rows |= {metric.name: result.episodes[metric.name].ravel() for metric in metrics}
+        if runs.system.integrator == CONTINUOUS:
+            with suppress(TegotaeError):  # as above
+                rows["resolved"] = result.resolved(evaluated(judged, 0.5 * tick_s)).ravel()
+        if count := np.sum(~rows.get("resolved", np.ones(0, bool))):
+            notes.append(
+                f"Not resolved by a tick of {1e3 * tick_s:g} ms: {count} of {len(rows['run'])} "
+                f"episodes of {self.name}. Half the tick changes their CoT⁻¹ by more than "
+                f"{50 * ACCURACY:g} %, or whether they settle or recover."
+            )
         return self._measurements(
-            rows | values | {"resolved": resolved.ravel()},
-            metrics,
-            options,
-            shows_all=bool(options.metric),
-            notes=notes,
+            rows, metrics, options, shows_all=bool(options.metric), notes=notes
         )
 
 
