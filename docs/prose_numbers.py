@@ -368,6 +368,11 @@ def learned_errors(tick_ms: float, dtype: str = "float64", kind: str = "regular"
     return kept.largest_apex_error_mm
 
 
+def random_laws(*kinds: str) -> pd.DataFrame:
+    """Random laws of the zoo of some kinds, with their errors and changes by half the tick [mm]."""
+    return rows("convergence/resolved_laws", kind=list(kinds))
+
+
 def setting(name: str, column: str) -> pd.Series:
     """A column of the sensitivity of limit cycles, over the values of one setting."""
     return rows("experiments/limit_cycle_sensitivity", setting=name).set_index("value")[column]

@@ -189,8 +189,8 @@ class HopperController(LoadedController):
         if result.system.integrator == CONTINUOUS:
             with suppress(TegotaeError):  # half the period may be too short, as for delayed senses
                 half = SimpleNamespace(**vars(values) | {"tick_s": 0.5 * tick_s})
-                apexes_m = (x.apexes[1] for x in (result, self._rolled_out(half)))
-                change_m = largest_change_m(*apexes_m, result.body.rest_length_m)
+                apexes_m = self._rolled_out(half).apexes[1]
+                change_m = largest_change_m(result.apexes[1], apexes_m, result.body.rest_length_m)
         if change_m <= 0.5 * ACCURACY_M:
             return []
         change = f"moves an apex by {change_m:.2g} m" if change_m < math.inf else "changes the hops"
