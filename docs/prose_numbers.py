@@ -368,9 +368,22 @@ def learned_errors(tick_ms: float, dtype: str = "float64", kind: str = "regular"
     return kept.largest_apex_error_mm
 
 
-def random_laws(*kinds: str) -> pd.DataFrame:
+def drawn_laws(*kinds: str) -> pd.DataFrame:
     """Random laws of the zoo of some kinds, with their errors and changes by half the tick [mm]."""
     return rows("convergence/resolved_laws", kind=list(kinds))
+
+
+def resolved_change(family: str, metric: str) -> float:
+    """Mean change of a metric of a family, judged resolved and not at 1 ms."""
+    kept = table("convergence/resolved_runs")
+    kept = kept[kept.model.str.partition("-")[0] == family]
+    return (kept[f"{metric}_judged"] - kept[f"{metric}_1"]).mean()
+
+
+def trained_unresolved(family: str, trained_at_ms: float) -> float:
+    """Share of a family's episodes that 1 ms does not resolve, by the tick of the training."""
+    kept = rows("convergence/resolved_trained", trained_at_ms=trained_at_ms)
+    return (kept[kept.model.str.partition("-")[0] == family].flagged_1 / 5.0).mean()
 
 
 def setting(name: str, column: str) -> pd.Series:

@@ -134,15 +134,15 @@ def evaluated(
     }
 
 
-def unresolved(at: Mapping[float, Evaluation]) -> dict[float, np.ndarray]:
+def unresolved(evaluations: Mapping[float, Evaluation]) -> dict[float, np.ndarray]:
     """Return by tick [ms] in which episodes half of it changes CoT⁻¹, [runs, episodes]."""
     efficiency = {
         tick_ms: dataclasses.replace(x, episodes={"cot_inverse": x.episodes["cot_inverse"]})
-        for tick_ms, x in at.items()
+        for tick_ms, x in evaluations.items()
     }
     return {
         tick_ms: ~efficiency[tick_ms].resolved(efficiency[half_ms])
-        for tick_ms, half_ms in pairwise(at)
+        for tick_ms, half_ms in pairwise(evaluations)
     }
 
 
@@ -151,9 +151,12 @@ def run_rows(model: str) -> list[Row]:
     episodes are wrong and flagged at each tick."""
     # A gain that a search found is the same in all runs.
     weights = zoo_of_study().weights(model)[: 1 if family(model) == "V" else None]
-    at = evaluated(load(f"zoo:paper:{model}/0"), weights, TICKS_MS)
-    flags, values = unresolved(at), {tick_ms: x.runs() for tick_ms, x in at.items()}
-    finest = at[TICKS_MS[-1]].episodes["cot_inverse"]
+    evaluations = evaluated(load(f"zoo:paper:{model}/0"), weights, TICKS_MS)
+    flags, values = (
+        unresolved(evaluations),
+        {tick_ms: x.runs() for tick_ms, x in evaluations.items()},
+    )
+    finest = evaluations[TICKS_MS[-1]].episodes["cot_inverse"]
     rows: list[Row] = []
     for run in range(len(weights)):
         judged_ms = next((x for x in TICKS_MS[1:-1] if not flags[x][run].any()), TICKS_MS[-1])
@@ -162,7 +165,7 @@ def run_rows(model: str) -> list[Row]:
             for key, tick_ms in {"2": 2.0, "1": 1.0, "judged": judged_ms}.items():
                 row[f"{name}_{key}"] = values[tick_ms][name][run]
         for tick_ms, flag in flags.items():
-            efficiency = at[tick_ms].episodes["cot_inverse"][run]
+            efficiency = evaluations[tick_ms].episodes["cot_inverse"][run]
             wrong = ~np.isclose(efficiency, finest[run], rtol=0.01, atol=0.0, equal_nan=True)
             row[f"flagged_{tick_ms:g}"] = int(flag[run].sum())
             row[f"wrong_{tick_ms:g}"] = int(wrong.sum())
@@ -191,8 +194,8 @@ def trained_rows(model: str) -> list[Row]:
         (0.5, record.weights, record.best_fitness),
         (2.0, archive.weights(model)[:SEEDS], archive.runs(model)["fitness"]),
     ):
-        at = evaluated(saved, weights, TICKS_MS[:4])
-        values, flags = at[0.5].runs(), unresolved(at)
+        evaluations = evaluated(saved, weights, TICKS_MS[:4])
+        values, flags = evaluations[0.5].runs(), unresolved(evaluations)
         for seed in run.seeds:
             row: Row = {"model": model, "trained_at_ms": tick_ms, "run": seed}
             row |= {"fitness": fitness[seed]} | {name: values[name][seed] for name in COLUMNS}
@@ -225,13 +228,13 @@ def count_table(laws: pd.DataFrame, runs: pd.DataFrame) -> str:
         wrong, flag = regular[f"error_mm_{tick}"] > 1.0, regular[f"change_mm_{tick}"] > 0.5
         counts = [x.sum() for x in (wrong, wrong & flag, wrong & ~flag, flag & ~wrong)]
         rows.append(["regular laws", f"{tick} ms", len(regular), *counts])
-    known = runs[runs["flagged_0.25"] == 0]
+    comparable = runs[runs["flagged_0.25"] == 0]
     for tick in ("2", "1", "0.5"):
         wrong, missed, flagged = (
-            known[f"{name}_{tick}"].sum() for name in ("wrong", "missed", "flagged")
+            comparable[f"{name}_{tick}"].sum() for name in ("wrong", "missed", "flagged")
         )
         hits = wrong - missed
-        counts = [known.episodes.sum(), wrong, hits, missed, flagged - hits]
+        counts = [comparable.episodes.sum(), wrong, hits, missed, flagged - hits]
         rows.append(["episodes", f"{tick} ms", *counts])
     return markdown_table(rows)
 
@@ -247,14 +250,19 @@ def family_table(laws: pd.DataFrame, runs: pd.DataFrame) -> str:
     for name, group in runs.groupby(runs.model.map(family), sort=False):
         drawn = laws[laws.family == name]
         regular = drawn[drawn.kind == "regular"]
-        errors = [f"{regular[f'error_mm_{tick}'].max():.2g}" for tick in ("2", "1", "0.5")]
+        errors = [_millimetres(regular[f"error_mm_{tick}"].max()) for tick in ("2", "1", "0.5")]
         shares = [group[f"flagged_{x}"].sum() / group.episodes.sum() for x in ("2", "1", "0.5")]
         cells = errors if len(regular) else ["–"] * 3
         rows.append([name, f"{len(regular)} of {len(drawn)}", *cells, *map(percent, shares)])
     return markdown_table(rows)
 
 
-def judged_table(runs: pd.DataFrame) -> str:
+def _millimetres(error: float) -> str:
+    """Return an error with two digits; an infinite one is another number of hops."""
+    return "other hops" if np.isinf(error) else f"{float(f'{error:.2g}'):g}"
+
+
+def resolved_table(runs: pd.DataFrame) -> str:
     """Return the difference of resolved values to those at 1 and 2 ms, by family."""
     rows: list[list[object]] = [
         [
@@ -333,7 +341,7 @@ def report() -> None:
     for name, text in {
         "counts": count_table(laws, runs),
         "families": family_table(laws, runs),
-        "judged": judged_table(runs),
+        "judged": resolved_table(runs),
         "trained": trained_table(trained),
         "selected": selected_table(trained),
     }.items():

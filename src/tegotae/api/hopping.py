@@ -263,7 +263,7 @@ class HopperController(LoadedController):
         runs = replace(self.runs, {"body": options.body})
         metrics = self._metrics(options.metric)
         # With the drop, the programs of the whole evaluation serve at half the tick, too.
-        judged = ("cot_inverse",) if options.metric else ("cot_inverse", "recovery_share")
+        criteria = ("cot_inverse",) if options.metric else ("cot_inverse", "recovery_share")
 
         def evaluated(metrics: Iterable[str | Metric], tick_s: float) -> Evaluation:
             return evaluate(
@@ -278,13 +278,13 @@ class HopperController(LoadedController):
             )
 
         tick_s = options.protocol.tick_s
-        result, notes = evaluated((*metrics, *judged), tick_s), [MEANS]
+        result, notes = evaluated((*metrics, *criteria), tick_s), [MEANS]
         labels, omegas = runs.labels, result.omega
         rows = {"run": np.repeat(labels, len(omegas)), "omega": np.tile(omegas, len(labels))}
         rows |= {metric.name: result.episodes[metric.name].ravel() for metric in metrics}
         if runs.system.integrator == CONTINUOUS:
             with suppress(TegotaeError):  # as above
-                rows["resolved"] = result.resolved(evaluated(judged, 0.5 * tick_s)).ravel()
+                rows["resolved"] = result.resolved(evaluated(criteria, 0.5 * tick_s)).ravel()
         if count := np.sum(~rows.get("resolved", np.ones(0, bool))):
             notes.append(
                 f"Not resolved by a tick of {1e3 * tick_s:g} ms: {count} of {len(rows['run'])} "
