@@ -134,7 +134,9 @@ def learn_with_ppo(seeds: Sequence[int]) -> Learning:
 
     task = agent_task(recipe(AGENTS_LAW).experiment(), tuned("ppo"))
     silent = dataclasses.replace(task, judge=lambda weights: (np.nan, np.nan))
-    for _, weights in learn(silent, seed=seeds[0], episodes=10**6, evaluate_every=10):
+    points = learn(silent, seed=seeds[0], episodes=10**6, evaluate_every=10)
+    next(points)  # the policy before training
+    for _, weights in points:
         yield weights[None]
 
 
@@ -219,8 +221,8 @@ class Rival:
 
 
 RIVALS = {
-    "tegotae": Rival("tegotae", learn_natively),
-    "textbook": Rival("textbook JAX", learn_in_textbook_style),
+    "tegotae": Rival("tegotae", learn_natively, seeds=5),
+    "textbook": Rival("textbook JAX", learn_in_textbook_style, seeds=5),
     "evotorch": Rival(
         "EvoTorch's PGPE, textbook rollouts", learn_with_evotorch, "evotorch", seeds=3
     ),
@@ -229,13 +231,13 @@ RIVALS = {
         "Stable-Baselines3's PPO",
         learn_with_ppo,
         "stable_baselines3",
-        seeds=5,
-        steps=20,
+        seeds=3,
+        steps=19,
         law=AGENTS_LAW,
     ),
     "tegotae-10": Rival("tegotae, ten seeds at once", learn_natively, together=10),
-    "textbook-10": Rival("textbook JAX, ten at once", learn_in_textbook_style, together=10),
-    "mjx": Rival("MJX", simulate_with_mjx, "mujoco.mjx", seeds=2, steps=4, share=SHARE),
+    "textbook-10": Rival("textbook JAX, ten seeds at once", learn_in_textbook_style, together=10),
+    "mjx": Rival("MJX", simulate_with_mjx, "mujoco.mjx", seeds=1, steps=4, share=SHARE),
 }
 """Programs of the race by name, in the order of the table."""
 
