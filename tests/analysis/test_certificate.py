@@ -41,6 +41,12 @@ def test_the_checker_accepts_a_certificate_and_proves_at_least_its_claims(certif
     assert proved["cot_inverse_m_per_j"][0] >= certificate["claims"]["cot_inverse_m_per_j"] > 1.0
 
 
+def test_a_larger_error_than_the_certificate_allows_is_refused(small):
+    errors = small["errors"] | {"load": 0.2}
+    with pytest.raises(checker.RefusedError):
+        checker.check(small | {"errors": errors})
+
+
 def test_the_checker_refuses_altered_weights(small):
     altered = copy.deepcopy(small)
     altered["law"]["weights"][0] += 1e-17

@@ -50,6 +50,8 @@ _TERMS: dict[str, tuple[type, ...]] = {
 }
 _INPUTS = {"action": {"phase"}, "reaction": {"spring_force"}, "actuation": {"phase", "feedback"}}
 _NUMBERS = ("inputs", "start_rad", "width_rad", "newtons_per_feedback")
+ERRORS = {"load": 0.0, "phase_rad": 1e-6, "force_n": 1e-4}
+"""Errors of a tick that a certificate allows, of phase and force by single precision."""
 BODY = (
     *("mass_kg", "stiffness_n_per_m", "damping_ns_per_m"),
     *("rest_length_m", "gravity_m_per_s2", "max_force_n"),
@@ -165,12 +167,15 @@ class BoundedLaw:
         terms: role, kind and numbers of each term, in the order of their weights, as in the file.
         weights: all weights.
         body: numbers of the body by name.
+        errors: bounds of the errors of the sensed load [weights of the body], and a tick of the
+            phase [rad] and of the force [N].
     """
 
     omega: float
     terms: Sequence[Mapping[str, Any]]
     weights: np.ndarray
     body: Mapping[str, float]
+    errors: Mapping[str, float]
 
     @property
     def fastest_rad_per_s(self) -> float:
@@ -305,6 +310,7 @@ def hop(law: BoundedLaw, tick_s: float, speed: Bounds, phase: Bounds) -> Hop:
     """
     b, t = law.body, tick_s
     m, g, limit_n = b["mass_kg"], b["gravity_m_per_s2"], b["max_force_n"]
+    e_load, e_phase, e_force = (law.errors[name] for name in ERRORS)
     stiff, damp = b["stiffness_n_per_m"] / m, b["damping_ns_per_m"] / m
     d = 0.5 * damp
     w = math.sqrt(stiff - d * d)
@@ -343,18 +349,21 @@ def hop(law: BoundedLaw, tick_s: float, speed: Bounds, phase: Bounds) -> Hop:
         gap = np.where((lo < 0.0) & (hi > 0.0), deep + chord * -lo, 0.0)
         n_c = 0.5 * (deep + shallow - gap)
         box = Box(
-            s.phase, np.abs(s.gphase).sum(0) + s.phase_radius, n_c, 0.5 * (deep - shallow + gap)
+            s.phase,
+            np.abs(s.gphase).sum(0) + s.phase_radius,
+            n_c,
+            0.5 * (deep - shallow + gap) + e_load,
         )
         f = law.feedback(box)
         u = law.force(box, f)
-        u_r = box.spread(u)
+        u_r = box.spread(u) + e_force
         phase = s.phase + t * (law.omega + f.centre)
         gphase = s.gphase * (1.0 + t * f.by_phase) + t * f.by_load * chord * s.gq
-        f_error = np.abs(f.by_load) * (np.abs(chord) * s.radius + 0.5 * gap) + f.error
-        phase_radius = np.abs(1.0 + t * f.by_phase) * s.phase_radius + t * f_error + _SLACK
+        f_error = np.abs(f.by_load) * (np.abs(chord) * s.radius + 0.5 * gap + e_load) + f.error
+        phase_radius = np.abs(1.0 + t * f.by_phase) * s.phase_radius + t * f_error + e_phase
         gu = u.by_phase * s.gphase + u.by_load * chord * s.gq
-        u_error = np.abs(u.by_phase) * s.phase_radius + u.error
-        u_error = u_error + np.abs(u.by_load) * (np.abs(chord) * s.radius + 0.5 * gap)
+        u_error = np.abs(u.by_phase) * s.phase_radius + u.error + e_force
+        u_error = u_error + np.abs(u.by_load) * (np.abs(chord) * s.radius + 0.5 * gap + e_load)
         # Lift-off: ℓ = v - κ z hardly changes along the flow, and is v where z = 0.
         a = -stiff * s.q - damp * v + u.centre / m - g
         a_most = 1.03 * (stiff * (np.abs(s.q) + z_r) + damp * (np.abs(v) + v_r) + limit_n / m + g)
@@ -407,6 +416,7 @@ def _flight(law: BoundedLaw, tick_s: float, s: _Stance, w: float, d: float) -> H
     """
     b, t, ok = law.body, tick_s, s.ok
     m, g, limit_n = b["mass_kg"], b["gravity_m_per_s2"], b["max_force_n"]
+    e_load, e_phase, e_force = (law.errors[name] for name in ERRORS)
     v, gv = w * s.p - d * s.q, w * s.gp - d * s.gq
     v = np.where(ok, v, 1.0)
     speed, g_speed = v - s.slope * s.q, gv - s.slope * s.gq
@@ -435,7 +445,7 @@ def _flight(law: BoundedLaw, tick_s: float, s: _Stance, w: float, d: float) -> H
     departures = rate
     for j in range(int(last.max(initial=0.0)) + 1):
         reach = np.abs(gphase).sum(0) + radius
-        box = Box(phase, reach, np.zeros_like(phase), np.zeros_like(phase))
+        box = Box(phase, reach, np.zeros_like(phase), np.full_like(phase, e_load))
         f = law.feedback(box)
         f_r = box.spread(f)
         window = (j >= first) & (j <= last)
@@ -451,20 +461,21 @@ def _flight(law: BoundedLaw, tick_s: float, s: _Stance, w: float, d: float) -> H
         )
         phase = phase + t * (law.omega + f.centre)
         gphase = gphase * (1.0 + t * f.by_phase)
-        radius = np.abs(1.0 + t * f.by_phase) * radius + t * f.error + _SLACK
+        radius = np.abs(1.0 + t * f.by_phase) * radius + e_phase
+        radius = radius + t * (f.error + np.abs(f.by_load) * e_load)
     # From the tick `first` to the first tick after touchdown: its time is touch + θ, 0 < θ <= T.
     phase, gphase, radius = landed
     mean, mean_r = 0.5 * (rate[0] + rate[1]), 0.5 * (rate[1] - rate[0])
     mean, mean_r = np.where(ok, mean, 0.0), np.where(ok, mean_r, 0.0)
     ahead = touch + 0.5 * t - first * t
-    reach = np.abs(gphase + mean * g_touch).sum(0) + radius
+    reach = np.abs(gphase + mean * g_touch).sum(0) + radius + (last - first + 1.0) * e_phase
     reach = reach + np.abs(mean) * (e_touch + 0.5 * t) + mean_r * (ahead + touch_r + 0.5 * t)
     phase = phase + mean * ahead
     middle, half = 0.5 * (departures[0] + departures[1]), 0.5 * (departures[1] - departures[0])
     middle, half = np.where(ok, middle, 0.0), np.where(ok, half, 0.0)
-    box = Box(middle, half, np.zeros_like(middle), np.zeros_like(middle))
+    box = Box(middle, half, np.zeros_like(middle), np.full_like(middle, e_load))
     force = law.force(box, law.feedback(box))
-    force_r = box.spread(force)
+    force_r = box.spread(force) + e_force
     speed_r = np.abs(g_speed).sum(0) + e_speed
     lift_off = speed - speed_r, speed + speed_r
     fastest = lift_off[1] * 1.01 + 0.1
@@ -578,8 +589,12 @@ def ranked(members: np.ndarray, rectangles: np.ndarray) -> np.ndarray:
         inside, rank = larger, rank + 1
 
 
-def bounded_law(saved: SavedController) -> BoundedLaw:
+def bounded_law(saved: SavedController, load_error: float = 0.0) -> BoundedLaw:
     """Return the law of a saved controller, if it has terms whose bounds are known.
+
+    Args:
+        saved: the controller.
+        load_error: bound of the error of the sensed load [weights of the body].
 
     Raises:
         TegotaeError: for another body than a linear hopper, or another term.
@@ -614,7 +629,8 @@ def bounded_law(saved: SavedController) -> BoundedLaw:
             f"certify bounds φ̇ = ω + G A′ R of a phase oscillator; {saved.name} has another law"
         )
     numbers = {name: float(getattr(body, name)) for name in BODY}
-    return BoundedLaw(saved.omega, terms, np.asarray(saved.weights, float), numbers)
+    errors = {**ERRORS, "load": load_error}
+    return BoundedLaw(saved.omega, terms, np.asarray(saved.weights, float), numbers, errors)
 
 
 def certificate(law: BoundedLaw, tick_s: float, grid: Grid, name: str) -> JsonObject:
@@ -656,7 +672,7 @@ def certificate(law: BoundedLaw, tick_s: float, grid: Grid, name: str) -> JsonOb
             },
             "sha256": weights_hash(law.weights),
             "body": law.body,
-            "errors": dict.fromkeys(("load", "phase_rad", "force_n"), 0.0),
+            "errors": law.errors,
             "grid": {
                 "least_m_per_s": grid.least_speed,
                 "most_m_per_s": grid.largest_speed,

@@ -48,7 +48,8 @@ def certify(controller: LoadedController, options: Any) -> JsonFile:
     require_count("speeds", options.speeds, most=MOST_POINTS)
     require_count("phases", options.phases, most=MOST_POINTS)
     grid = Grid(options.least_m_per_s, options.most_m_per_s, options.speeds, options.phases)
-    law = bounded_law(hopper.saved)
+    require_finite("load_error", options.load_error, least=0.0)
+    law = bounded_law(hopper.saved, options.load_error)
     if law.fastest_rad_per_s * options.tick_s > 0.1:
         raise TegotaeError(
             f"tick_s is {options.tick_s:g}; bounds of stance need a tick of at most "

@@ -138,6 +138,7 @@ class LoadedController:
         speeds: int = 64,
         phases: int = 160,
         tick_s: float = 0.001,
+        load_error: float = 0.0,
     ) -> Table:
         """Certify that a hopper with this law hops for ever from a set of landings.
 
@@ -151,6 +152,7 @@ class LoadedController:
             speeds: number of cells over the speeds.
             phases: number of cells over the phases.
             tick_s: control period [s].
+            load_error: largest error of the sensed load [weights of the body].
 
         Raises:
             TegotaeError: for a law or a body without known bounds, or if no set is certified.
