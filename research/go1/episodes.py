@@ -18,6 +18,7 @@ import numpy as np
 
 from research.go1.plan import Condition
 from tegotae.envs._types import MjModel, MjSpec
+from tegotae.envs.command import CommandSchedule
 from tegotae.envs.mujoco.env import ModelEnv, ModelLanes
 from tegotae.envs.mujoco.sensing import scale_model, sensing
 from tegotae.envs.mujoco.settings import ModelSettings
@@ -73,9 +74,11 @@ class Ground(ModelSettings):
         return spec
 
 
-def model_of(condition: Condition, layout: int = 0) -> tuple[ModelSettings, MjModel]:
+def model_of(
+    condition: Condition, layout: int = 0, settings: ModelSettings = SETTINGS
+) -> tuple[ModelSettings, MjModel]:
     """Return the settings, and the model under a condition."""
-    fields = {field.name: getattr(SETTINGS, field.name) for field in dataclasses.fields(SETTINGS)}
+    fields = {field.name: getattr(settings, field.name) for field in dataclasses.fields(settings)}
     settings = Ground(**fields, blocks_m=condition.blocks_m, layout=layout, finer=condition.finer)
     model = sensing(settings).model
     scale_model(model, condition.mass, condition.friction)
@@ -93,17 +96,25 @@ class Course:
         condition: of all.
         layouts: of the blocks, if there are any, [lanes].
         seconds: the longest episode [s].
+        schedule: commands of the lanes, if the controller takes some.
     """
 
-    def __init__(self, condition: Condition, layouts: Sequence[int], seconds: float) -> None:
+    def __init__(
+        self,
+        condition: Condition,
+        layouts: Sequence[int],
+        seconds: float,
+        schedule: CommandSchedule | None = None,
+    ) -> None:
         lanes = len(layouts)
         drawn = dict.fromkeys(layouts if condition.blocks_m else [0])
-        variants = {layout: model_of(condition, layout) for layout in drawn}
+        base = SETTINGS if schedule is None else dataclasses.replace(SETTINGS, command=(0, 0, 0))
+        variants = {layout: model_of(condition, layout, base) for layout in drawn}
         settings, self.model = next(iter(variants.values()))
         settings = dataclasses.replace(settings, duration_s=seconds)
         self.env, self._condition = ModelEnv(settings), condition
         models = [variants[layout][1] if condition.blocks_m else self.model for layout in layouts]
-        self._lanes = ModelLanes(settings, lanes, models=models)
+        self._lanes = ModelLanes(settings, lanes, models=models, schedule=schedule)
         self.names, self.step_s = list(self.env.observation_names), self.env.dt
         self.mass_kg = float(self.model.body_mass.sum())
         self.weight_n = self.mass_kg * float(np.linalg.norm(self.model.opt.gravity))

@@ -50,23 +50,6 @@ class Condition:
     finer: bool = False
 
 
-CONDITIONS = {
-    "undisturbed": Condition(),
-    "friction 0.5": Condition(friction=0.5),
-    "mass + 20 %": Condition(mass=1.2),
-    "mass - 20 %": Condition(mass=0.8),
-    "push 0.5 m/s": Condition(push_m_per_s=0.5),
-    "push 1 m/s": Condition(push_m_per_s=1.0),
-    "5° up": Condition(slope_rad=math.radians(5)),
-    "5° down": Condition(slope_rad=-math.radians(5)),
-    "blocks 2 cm": Condition(blocks_m=0.02),
-    "blocks 4 cm": Condition(blocks_m=0.04),
-    "delay 20 ms": Condition(delay_s=0.02),
-    "noise 10 %": Condition(noise=0.1),
-    "random phases": Condition(random_phases=True),
-}
-
-
 UNDISTURBED, RANDOM_PHASES = "undisturbed", "random phases"
 CONDITIONS = {
     UNDISTURBED: Condition(),

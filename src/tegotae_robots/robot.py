@@ -131,7 +131,7 @@ class RobotController:
     def senses(self) -> tuple[str, ...]:
         """Signals that the robot must measure: those of the body that a term or coupling reads."""
         sensed = self.body.SENSES if isinstance(self.body, Body) else self.body.senses
-        reads = {name for term in self.controller.terms.values() for name in term.reads}
+        reads = set(self.controller.reads)
         if self.controller.coupling is not None:
             reads.update(self.controller.coupling.READS)
         return tuple(name for name in sensed if name in reads)

@@ -280,7 +280,7 @@ def read_by(controller: Controller) -> list[str]:
         ['spring_force', 'velocity']
     """
     internal = {"feedback", *(controller.oscillator or PhaseOscillator()).SIGNALS}
-    return sorted({name for term in controller.terms.values() for name in term.reads} - internal)
+    return sorted(controller.reads - internal)
 
 
 def load_wiring(path: Path | str) -> Wiring:

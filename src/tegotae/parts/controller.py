@@ -140,6 +140,12 @@ class Controller(Part):
         return {**feedback, "actuation": self.actuation}
 
     @property
+    def reads(self) -> frozenset[str]:
+        """Names of the signals that the terms and the oscillator read."""
+        rhythm = () if self.oscillator is None else self.oscillator.READS
+        return frozenset(rhythm).union(*(term.reads for term in self.terms.values()))
+
+    @property
     def _parts(self) -> dict[str, Term | Oscillator]:
         """Return the parts of a unit that have weights, by role, in order."""
         rhythm = self.oscillator
@@ -307,9 +313,10 @@ class Controller(Part):
             return ()
         if self.coupling is not None:
             feedback = feedback + self.coupling(weights[self.unit_weights :], signals)
-        if "oscillator" not in self.layout:
-            return self.oscillator.rate(oscillator, omega, feedback)
-        return self.oscillator.rate(oscillator, omega, feedback, weights[self.layout["oscillator"]])
+        learned = self.layout.get("oscillator")
+        arguments = () if learned is None else (weights[learned],)
+        felt = {"signals": signals} if self.oscillator.READS else {}
+        return self.oscillator.rate(oscillator, omega, feedback, *arguments, **felt)
 
 
 def _names(part: Term | Oscillator) -> tuple[WeightName, ...]:

@@ -9,8 +9,9 @@ import jax
 import jax.numpy as jnp
 
 from tegotae._support.errors import TegotaeError
-from tegotae.parts._shapes import PerCommand, Weights
+from tegotae.parts._shapes import PerCommand, PerLimb, StateTree, Weights
 from tegotae.parts.controller import Controller
+from tegotae.parts.oscillators.wrappers import OscillatorWrapper
 from tegotae.parts.parameters import within
 from tegotae.parts.terms.actuation import Actuation
 from tegotae.parts.terms.base import Signals, Term
@@ -61,6 +62,40 @@ class ScaledFoot(ScaledTerm, Actuation):
         return self.term.paced(weights, command, omega * self.units.time_s)
 
 
+@dataclass(frozen=True)
+class ScaledOscillator(OscillatorWrapper):
+    """An oscillator that reads signals, in SI: its state but for its rate keeps its own units u.
+
+    Args:
+        inner: the oscillator.
+        units: u.
+    """
+
+    units: Units
+
+    READS = within("inner")
+
+    def rate(
+        self,
+        state: StateTree,
+        omega: PerLimb,
+        feedback: PerLimb,
+        weights: Weights = (),
+        signals: Signals | None = None,
+    ) -> StateTree:
+        """Return the rate per second."""
+        assert signals is not None
+        units, arguments = self.units, (weights,) if self.inner.n_weights else ()
+        values = {name: signals[name] / units.value_of(name) for name in self.inner.READS}
+        frequency, felt = units.time_s * omega, units.time_s * feedback
+        rate = self.inner.rate(state, frequency, felt, *arguments, signals=Signals(values))
+        return jax.tree.map(lambda x: x / units.time_s, rate)
+
+    def decay_per_s(self, omega: float) -> float:
+        """Return the decay rate of the oscillator [1/s]."""
+        return self.inner.decay_per_s(omega * self.units.time_s) / self.units.time_s
+
+
 def in_si(controller: Controller, units: Units) -> Controller:
     """Return a controller of the same weights in SI units, on legs whose feet it places.
 
@@ -94,5 +129,7 @@ def in_si(controller: Controller, units: Units) -> Controller:
             limit_rad_per_s=None if limit is None else limit * per_s,
         )
     foot = ScaledFoot(controller.actuation, units, units.length_m)
-    rhythm = controller.oscillator and controller.oscillator.in_units(units.time_s)
+    rhythm = controller.oscillator
+    if rhythm is not None:
+        rhythm = ScaledOscillator(rhythm, units) if rhythm.READS else rhythm.in_units(units.time_s)
     return dataclasses.replace(controller, actuation=foot, oscillator=rhythm, tegotae=law)

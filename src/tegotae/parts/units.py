@@ -12,6 +12,8 @@ _DIMENSIONS = {
     "force": (0, 0, 1),
     "velocity": (1, -1, 0),
     "speed": (1, -1, 0),
+    **dict.fromkeys(("odometry_x", "odometry_y"), (1, -1, 0)),
+    **dict.fromkeys(("commanded_x", "commanded_y", "commanded_speed"), (1, -1, 0)),
     "height": (1, 0, 0),
     "feedback": (0, -1, 0),
     "alarm": (0, -1, 0),

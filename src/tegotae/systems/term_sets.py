@@ -30,7 +30,7 @@ from tegotae.measures.gaits.names import patterns_for
 from tegotae.parts.bodies import Body
 from tegotae.parts.channels import FOOT
 from tegotae.parts.controller import Controller, Tegotae
-from tegotae.parts.oscillators import Oscillator, WaryOscillator
+from tegotae.parts.oscillators import FootholdOscillator, Oscillator, WaryOscillator
 from tegotae.parts.terms import (
     BalancedFoot,
     ConstantGain,
@@ -43,8 +43,10 @@ from tegotae.parts.terms import (
     Network,
     OffsetAction,
     PacedFoot,
+    PlacedFoot,
     ReversingReaction,
     ShiftedAction,
+    SpeedReaction,
     SteppingFoot,
     Term,
     TiltReaction,
@@ -485,11 +487,22 @@ _WARY = ShortLaw(
     oscillator=WaryOscillator(),
 )
 
+_RAIBERT = ShortLaw(
+    name="raibert",
+    about="a clock with Raibert's foot placement and levelling, for commands, 11 numbers",
+    action=UnitAction(),
+    reaction=SpeedReaction(),
+    gain=ConstantGain(),
+    actuation=PlacedFoot(),
+    oscillator=FootholdOscillator(),
+)
+_NAMED = {law.name: law for law in (_COSINE, _WARY, _RAIBERT)}
+
 
 def _law_of_legs(name: str) -> ShortLaw | None:
     """Return the short law of several legs of a name, or None for another kind of name."""
-    if name in (_COSINE.name, _WARY.name):
-        return _COSINE if name == _COSINE.name else _WARY
+    if name in _NAMED:
+        return _NAMED[name]
     law, _, step = name.partition("-")
     if law not in (*_FEEDBACK, *(["clock"] if step else [])) or step not in ("", *STEPS):
         return None
@@ -526,7 +539,7 @@ def terms_on_legs(name: str) -> TermSet:
         name: see this module; `cos` is the law of ORCAgym with two trained numbers. A clock begins
             in a trot, or for other legs in the first pattern of gaits by halves of a cycle. `wary`
             is `clock-p` with two numbers more, by which a tilt alarms it: it makes shorter and
-            higher steps until it is calm again.
+            higher steps until it is calm again. `raibert` follows commands of a robot.
 
     Raises:
         TegotaeError: for an unknown one, or a sense of a term that is not learned.

@@ -81,9 +81,10 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
     phases = phases_of(model, started(model), feet)
     timestep = float(model.opt.timestep)
     step_s = timestep * max(1, round(second / _SAMPLES / timestep))
+    rates = (*_RATES, "end_pitch_rate") if settings.command else _RATES
     limbs = tuple(
         Limb(
-            senses=_senses(legs, i),
+            senses=_senses(legs, i, commanded=bool(settings.command)),
             drives=tuple(f"{foot}_{axis}" for axis in "xzy"),
             phase_rad=phases[i],
         )
@@ -97,7 +98,7 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
         scales={
             "spring_force": rounded(weight),
             "speed": rounded(length / second),
-            **dict.fromkeys(_RATES, rounded(1.0 / second)),
+            **dict.fromkeys(rates, rounded(1.0 / second)),
         },
         step_s=step_s,
         contact_bodies=feet,
@@ -117,7 +118,7 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
         "units.force_n": "the weight",
         "scales.spring_force": "the weight, as every leg's oscillator has it in the walkers",
         "scales.speed": "√(g l0)",
-        **{f"scales.{name}": "√(g / l0)" for name in _RATES},
+        **{f"scales.{name}": "√(g / l0)" for name in rates},
     }
     for i, phase in enumerate(phases):
         reasons[f"limbs[{i}].drives"] = _reach_text(reach(legs, i))
@@ -141,9 +142,9 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
     return Suggestion(wiring, reasons, tuple(remarks), on_rail=False, legs=legs)
 
 
-def _senses(legs: LegKinematics, leg: int) -> dict[str, str]:
+def _senses(legs: LegKinematics, leg: int, *, commanded: bool) -> dict[str, str]:
     """Return the senses of a leg: its load, and the trunk as a whole and as its own corner has
-    it."""
+    it; of a robot with commands its odometry and what is commanded, too."""
     from_middle = legs.chains.foot[leg] - legs.chains.foot.mean(axis=0)
     ahead, left, _ = legs.length_m * from_middle
     limit_m = _MIDDLE * legs.height_m
@@ -152,14 +153,21 @@ def _senses(legs: LegKinematics, leg: int) -> dict[str, str]:
         """Return the entry with the sign of a distance from the middle."""
         return NOTHING if abs(away) < limit_m else entry if away > 0.0 else f"-{entry}"
 
-    trunk = ("roll", "pitch", "roll_rate", "pitch_rate", "speed")
+    trunk, foot = ("roll", "pitch", "roll_rate", "pitch_rate", "speed"), legs.feet[leg]
+    of_commands = {
+        "end_pitch_rate": signed("root_pitch_rate", -ahead),
+        **{f"odometry_{axis}": f"{foot}_odometry_{axis}" for axis in AXES[:2]},
+        **{f"commanded_{axis}": f"{foot}_commanded_{axis}" for axis in AXES[:2]},
+        "commanded_speed": "commanded_speed",
+    }
     return {
-        "spring_force": f"{legs.feet[leg]}_estimated_force",
+        "spring_force": f"{foot}_estimated_force",
         **{name: f"root_{name}" for name in trunk},
         "side_roll": signed("root_roll", left),
         "side_roll_rate": signed("root_roll_rate", left),
         "end_pitch": signed("root_pitch", -ahead),
         "side_yaw": signed("root_yaw", left),
+        **(of_commands if commanded else {}),
     }
 
 

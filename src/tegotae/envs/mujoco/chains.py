@@ -273,3 +273,18 @@ def borne(
     _, columns = kinematics(chains, moved)
     pushed = (column.times(-own) for column, own in zip(columns, pull, strict=True))
     return _damped(columns, _DAMPED, reduce(_Vector.plus, pushed))
+
+
+def moving(
+    chains: Chains, moved: Sequence[AnyArray], rates: Sequence[AnyArray]
+) -> tuple[Any, Any, Any]:
+    """Velocities of feet in the axes of the trunk, J q̇, x, y and z, [legs, lanes] each.
+
+    Args:
+        chains: the legs.
+        moved: joints from the start on, over their unit.
+        rates: of the joints, over their unit [1/s].
+    """
+    _, columns = kinematics(chains, moved)
+    turning = (column.times(rate) for column, rate in zip(columns, rates, strict=True))
+    return reduce(_Vector.plus, turning)

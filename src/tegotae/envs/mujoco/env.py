@@ -19,6 +19,8 @@ from tegotae._support.errors import (
     require_known,
 )
 from tegotae.envs._types import Info, MjModel, Seeds
+from tegotae.envs.command import COMMANDED, CommandSchedule, over_feet
+from tegotae.envs.mujoco.legs import AXES
 from tegotae.envs.mujoco.sensing import Sensing, is_sound, sensing
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
 from tegotae.envs.scaling import gravity_m_per_s2
@@ -209,6 +211,7 @@ class ModelLanes:
         lanes: how many.
         threads: how many threads step them; one a core by default.
         models: other models of the same shape, one a lane.
+        schedule: commands of the lanes; those of the settings by default.
         push: external force on the first body [N], [lanes, 3], or None, by the time of a step's
             middle [s] since all lanes have begun.
     """
@@ -220,6 +223,7 @@ class ModelLanes:
         *,
         threads: int | None = None,
         models: Sequence[MjModel] | None = None,
+        schedule: CommandSchedule | None = None,
         push: Callable[[float], np.ndarray | None] = lambda time_s: None,
     ) -> None:
         self._settings, self.lanes, self._push = settings, lanes, push
@@ -235,6 +239,13 @@ class ModelLanes:
         self._weight_n = float(model.body_mass.sum()) * (gravity_m_per_s2(model) or 1.0)
         self._length_m, self._done = np.ones(lanes), np.zeros(lanes, int)
         self._was = np.zeros((2, lanes))  # forward [m] and work [J] at the last step
+        self.names, self._feet_m = (*names, "work"), np.zeros((0, 2))
+        if settings.command:
+            assert self.sensing.legs is not None
+            self._schedule = schedule or CommandSchedule.of(settings.command)
+            self._feet_m, feet = self.sensing.legs.feet_m[:, :2], self.sensing.feet
+            over = [f"{foot}_commanded_{axis}" for foot in feet for axis in AXES[:2]]
+            self.names = (*self.names, *over, "commanded_speed", *COMMANDED)
 
     def reset(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
         """Begin a new episode of some lanes; return the observations of all, [lanes, entries]."""
@@ -254,7 +265,7 @@ class ModelLanes:
         self._was = np.where(where, [forward, np.zeros(self.lanes)], self._was)
         for lane in np.flatnonzero(where):
             self.troubles[lane] = ""
-        return self._with_work(observation)
+        return self._observed(observation)
 
     def step(
         self, actions: np.ndarray, alive: np.ndarray, push_n: np.ndarray | None = None
@@ -283,10 +294,17 @@ class ModelLanes:
         self.truncated = over & ~self.fallen
         for lane in np.flatnonzero(alive & ~sound):
             self.troubles[lane] = "its state was not finite"
-        return self._with_work(observation), np.where(sound, reward, 0.0), self.fallen | over
+        return self._observed(observation), np.where(sound, reward, 0.0), self.fallen | over
 
-    def _with_work(self, observation: np.ndarray) -> np.ndarray:
-        return np.concatenate([observation, self.batch.work_j[:, None]], axis=1)
+    def _observed(self, observation: np.ndarray) -> np.ndarray:
+        """Return the observations with work and commands."""
+        columns = [observation, self.batch.work_j[:, None]]
+        if len(self._feet_m):
+            command = self._schedule.at(self._done * self.batch.step_s)
+            over = over_feet(command, self._feet_m)
+            fastest = np.linalg.norm(over, axis=-1).max(axis=1, keepdims=True)
+            columns += [over.reshape(self.lanes, -1), fastest, command]
+        return np.concatenate(columns, axis=1)
 
     def close(self) -> None:
         """End the threads."""
@@ -322,12 +340,13 @@ class ModelEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         self._lanes = ModelLanes(self.settings, 1, threads=1)
         self.sensing = self._lanes.sensing
         self.model, self.dt = self.sensing.model, self._lanes.batch.step_s
-        self.observation_names = (*self.sensing.names, "work")
+        self.observation_names = self._lanes.names
         self.contact_names = self.sensing.contacts
         self.action_names = self.sensing.actions
         self.still_action = self.sensing.still
         self.force_limits = self.sensing.force_limits
-        lower = np.append(self.sensing.lower, 0.0)
+        commands = len(self._lanes.names) - len(self.sensing.names) - 1
+        lower = np.concatenate([self.sensing.lower, [0.0], np.full(commands, -np.inf)])
         self.observation_space = Box(lower, np.full_like(lower, np.inf), dtype=np.float64)
         self.action_space = _model_action_space(self.sensing)
         self._begun = False

@@ -16,10 +16,10 @@ import numpy as np
 from tegotae._support import compiled
 from tegotae._support.engines import NATIVE, selected
 from tegotae._support.errors import TegotaeError, require
-from tegotae.envs._types import MjModel
-from tegotae.envs.mujoco.chains import Chains, borne, kinematics, solved
+from tegotae.envs._types import MjData, MjModel
+from tegotae.envs.mujoco.chains import Chains, borne, kinematics, moving, solved
 from tegotae.envs.mujoco.rigid_legs import require_open_chains, require_stiff
-from tegotae.envs.scaling import chain_of, foot_of, foot_place, started
+from tegotae.envs.scaling import chain_of, foot_of, foot_place, lowest, started
 
 if TYPE_CHECKING:
     from lanewise.function import FunctionKernel
@@ -54,6 +54,8 @@ class LegKinematics:
         joints: which ones of the model they are, likewise; -1 where a leg has fewer than another.
         servos: which actuators drive them, likewise.
         gears: of the servos, likewise.
+        rolling: radius of the feet over their distance from the first joints; round feet roll, and
+            go so much further than their centres turn.
     """
 
     feet: tuple[str, ...]
@@ -64,6 +66,7 @@ class LegKinematics:
     joints: np.ndarray
     servos: np.ndarray
     gears: np.ndarray
+    rolling: float = 0.0
     _programs: dict[_OfLegs, _Program] = field(default_factory=dict, repr=False)
 
     @property
@@ -120,6 +123,37 @@ class LegKinematics:
         """
         pull = torques / np.where(self.chains.slides, 1.0, self.length_m)
         return self._computed(_borne, moved=self._moved(joints), pull=pull)
+
+    def trunk_velocities_m_per_s(
+        self, joints: np.ndarray, rates: np.ndarray, turning: np.ndarray
+    ) -> np.ndarray:
+        """Return the velocity of the trunk as each foot tells it if it stands on the ground:
+
+            v = -((1 + r / h) J q̇ + ω × p),
+
+        leg odometry; the first term is larger by the rolling of a round foot.
+
+        Args:
+            joints: q [rad or m], [lanes, legs, joints].
+            rates: q̇ [rad/s or m/s], likewise.
+            turning: ω, the gyroscope's [rad/s], [lanes, 3].
+
+        Returns:
+            Of the trunk's origin, in its axes [m/s], [lanes, legs, 3].
+
+        Reference: G. P. Roston, E. P. Krotkov, Dead reckoning navigation for walking robots, IROS
+        (1992).
+        """
+        moved = self._moved(joints)
+        foot = self._computed(_reached, moved=moved)
+        relative = self._computed(_moving, moved=moved, rates=rates / self._unit)
+        relative = (1.0 + self.rolling) * relative
+        return -self.length_m * (relative + np.cross(turning[:, None], foot))
+
+    @property
+    def feet_m(self) -> np.ndarray:
+        """Places of the feet in the model's start, in the axes of the trunk [m], [legs, 3]."""
+        return self.length_m * np.asarray(self.chains.foot, float)
 
     @property
     def _unit(self) -> np.ndarray:
@@ -203,7 +237,17 @@ def legs_of(model: MjModel, feet: Sequence[str]) -> LegKinematics:
         if largest < _MOVES:
             raise TegotaeError(f"the joints of the leg of {name} do not move it; name another foot")
     names = tuple(tuple(model.joint(joint).name for joint in row) for row in owners)
-    return LegKinematics(tuple(feet), names, chains, length, start, joints, drives, gears)
+    heights = [foot_place(model, data, name)[2] - _sole(model, data, name) for name in feet]
+    rolling = float(np.mean(heights)) / (
+        length * float(np.mean((chains.anchor[:, 0] - chains.foot)[:, 2]))
+    )
+    return LegKinematics(tuple(feet), names, chains, length, start, joints, drives, gears, rolling)
+
+
+def _sole(model: MjModel, data: MjData, foot: str) -> float:
+    """Return the height of the lowest point of a foot [m]; its place without geoms."""
+    geoms = foot_of(model, foot).geoms
+    return lowest(model, data, geoms)[0] if geoms else float(foot_place(model, data, foot)[2])
 
 
 def _joints(model: MjModel, feet: Sequence[str]) -> list[list[int]]:
@@ -343,6 +387,12 @@ def _reached(chains: Chains, arrays: Mapping[str, jax.Array]) -> jax.Array:
 def _borne(chains: Chains, arrays: Mapping[str, jax.Array]) -> jax.Array:
     """Return the forces on feet, [3, legs, lanes], from joints and their torques, [joints, ...]."""
     return jnp.stack(borne(chains, _rows(chains, arrays["moved"]), _rows(chains, arrays["pull"])))
+
+
+def _moving(chains: Chains, arrays: Mapping[str, jax.Array]) -> jax.Array:
+    """Return the velocities of feet, [3, legs, lanes], from joints and rates, [joints, ...]."""
+    rates = _rows(chains, arrays["rates"])
+    return jnp.stack(moving(chains, _rows(chains, arrays["moved"]), rates))
 
 
 def _rows(chains: Chains, array: jax.Array) -> list[jax.Array]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require, require_finite, unknown
 from tegotae.envs._types import MjModel, MjSpec
+from tegotae.envs.command import over_feet
 from tegotae.envs.mujoco.legs import AXES, LegKinematics, legs_of, resting
 from tegotae.envs.mujoco.settings import ModelSettings, compiled_model
 from tegotae.envs.scaling import started
@@ -62,18 +63,27 @@ class Sensing:
     """Those of the feet that are commanded to places."""
     angles: np.ndarray
     """Columns of the legs' joints, [legs, joints]."""
+    rates: np.ndarray
+    """Columns of their velocities, likewise."""
+    turning: slice
+    """Columns of the gyroscope."""
+    has_odometry: bool = False
+    """True if the velocity of the trunk over each foot is observed, of a robot with commands."""
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the observed quantities."""
         borne = [] if self.legs is None else [f"{foot}_estimated_force" for foot in self.feet]
-        return (*(entry.name for entry in self.entries), *borne)
+        over = [f"{foot}_odometry_{axis}" for foot in self.feet for axis in AXES[:2]]
+        over = over if self.has_odometry else []
+        return (*(entry.name for entry in self.entries), *borne, *over)
 
     @property
     def lower(self) -> np.ndarray:
         """Least values of the observed quantities, [entries]."""
         lower = [entry.lower for entry in self.entries]
-        return np.array([*lower, *[0.0] * (len(self.names) - len(lower))])
+        lower += [0.0] * (0 if self.legs is None else len(self.feet))
+        return np.array([*lower, *[-np.inf] * (len(self.names) - len(lower))])
 
     @property
     def actions(self) -> tuple[str, ...]:
@@ -161,7 +171,25 @@ class Sensing:
         torques = np.zeros((*data.shape[:-1], *self.angles.shape))
         torques[..., self.legs.servos >= 0] = data[..., self.forces[self._servos]]
         force = self.legs.forces_n(data[..., self.angles], self.legs.gears * torques)
-        return np.concatenate([values, np.maximum(force[..., 2], 0.0)], axis=-1)
+        load = np.maximum(force[..., 2], 0.0)
+        if not self.has_odometry:
+            return np.concatenate([values, load], axis=-1)
+        over = self._over_feet(data, load).reshape(*load.shape[:-1], -1)
+        return np.concatenate([values, load, over], axis=-1)
+
+    def _over_feet(self, data: np.ndarray, load: np.ndarray) -> np.ndarray:
+        """Return the velocity of the trunk over each foot [m/s], [lanes, feet, 2], by odometry.
+
+        That of the trunk is the mean of what the legs tell, each as sure as its load is large.
+        """
+        assert self.legs is not None
+        rates = np.where(self.legs.joints >= 0, data[..., self.rates], 0.0)
+        turning = data[..., self.turning]
+        told = self.legs.trunk_velocities_m_per_s(data[..., self.angles], rates, turning)
+        share = load**4 / np.maximum((load**4).sum(axis=-1, keepdims=True), 1e-9)
+        trunk = (share[..., None] * told[..., :2]).sum(axis=-2)
+        velocity = np.concatenate([trunk, turning[..., 2:]], axis=-1)
+        return over_feet(velocity, self.legs.feet_m[:, :2])
 
     @cached_property
     def _conversion(self) -> tuple[np.ndarray, ...]:
@@ -249,7 +277,7 @@ def sensing(settings: ModelSettings) -> Sensing:
     sticks = model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_BODY)
     actuators = [model.actuator(int(i)).name for i in np.flatnonzero(~sticks)]
     legs = legs_of(model, feet) if settings.legs else None
-    entries = _entries(model, joints, actuators, feet, sensors)
+    entries = _entries(*(model, joints, actuators, feet, sensors), commanded=bool(settings.command))
     names = [entry.name for entry in entries]
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise TegotaeError(f"several of the model's entries are called {twice[0]!r}; rename one")
@@ -265,6 +293,9 @@ def sensing(settings: ModelSettings) -> Sensing:
         feet=feet,
         legs=legs,
         angles=_angles(model, legs),
+        rates=_angles(model, legs, "_velocity"),
+        turning=slice(turn := _column(model, "root_turn"), turn + 3),
+        has_odometry=bool(settings.command),
     )
 
 
@@ -275,10 +306,10 @@ def _add(
     spec.add_sensor(name=_OWN + name, type=kind, objtype=target, objname=owner, **options)
 
 
-def _angles(model: MjModel, legs: LegKinematics | None) -> np.ndarray:
-    """Return the columns of the legs' joints; the first column stands in for missing joints."""
+def _angles(model: MjModel, legs: LegKinematics | None, quantity: str = "") -> np.ndarray:
+    """Return the columns of the legs' joints; the first joint's stands in for missing ones."""
     joints = np.zeros((0, 0), int) if legs is None else legs.joints
-    names = [model.joint(max(int(joint), 0)).name for joint in joints.ravel()]
+    names = [model.joint(max(int(joint), 0)).name + quantity for joint in joints.ravel()]
     rows = [
         _column(model, name) if joint >= 0 else 0
         for name, joint in zip(names, joints.ravel(), strict=True)
@@ -364,8 +395,10 @@ def _entries(
     actuators: list[str],
     feet: tuple[str, ...],
     sensors: list[str],
+    *,
+    commanded: bool,
 ) -> list[ObservedEntry]:
-    """Return the observed entries; `own` are the model's own sensors."""
+    """Return the observed entries; `sensors` are the model's own."""
     entries = []
     for name in joints:
         entries += [ObservedEntry(x, _column(model, x)) for x in (name, f"{name}_velocity")]
@@ -398,6 +431,7 @@ def _entries(
             ("pitch_rate", "turn", 1, 1.0),
             ("yaw_rate", "turn", 2, 1.0),
             ("speed", "run", 0, 1.0),
+            *([("left", "place", 1, 1.0)] if commanded else []),
         )
     ]
     for name in sensors:

@@ -15,6 +15,7 @@ import numpy as np
 
 from tegotae._support.errors import TegotaeError, require, require_kind, require_known, unknown
 from tegotae.envs._types import MjModel, MjsActuator, MjSpec
+from tegotae.envs.command import CommandSchedule
 from tegotae.envs.scaling import lowest
 from tegotae.parts.parameters import Part, finite, not_negative, positive
 
@@ -57,6 +58,10 @@ class ModelSettings(Part):
         legs: whether feet are commanded to places, and not joints: with the actions `FOOT_x`,
             `FOOT_y`, `FOOT_z` from each foot's place in the model's start, forward, to the left and
             up in the axes of the trunk [m]. Inverse kinematics of the leg sets its servos.
+        command: forward, left [m/s] and yaw rate [rad/s] that a robot with `legs` is to have, or a
+            CSV of them over time (`CommandSchedule`). With one, its odometry and the commanded
+            velocity over each foot are observed: `FOOT_odometry_x`, `FOOT_commanded_x` and `_y`
+            [m/s], forward and to the left in the axes of the trunk, and `commanded_speed`.
         mass_factor: what all masses and inertias are multiplied by, to test robustness.
         friction_factor: what all sliding friction is multiplied by, likewise.
         effort: what a unit of work, over weight and length, costs in the reward.
@@ -78,6 +83,7 @@ class ModelSettings(Part):
     servo_nm_per_rad: float = not_negative(0.0)
     servo_damping_nms_per_rad: float = not_negative(0.0)
     legs: bool = False
+    command: Sequence[float] | str = ()
     mass_factor: float = positive(1.0)
     friction_factor: float = positive(1.0)
     effort: float = not_negative(0.1)
@@ -98,6 +104,10 @@ class ModelSettings(Part):
                 f"start is {self.start!r}; it must be the name of a keyframe, or finite positions "
                 'by joint such as {"knee": -1.2}'
             )
+        if self.command:
+            if not self.legs:
+                raise TegotaeError("command is of a robot whose feet are commanded; add legs=true")
+            CommandSchedule.of(self.command)
         if self.servo_damping_nms_per_rad and not self.servo_nm_per_rad:
             raise TegotaeError(
                 f"servo_damping_nms_per_rad is {self.servo_damping_nms_per_rad:g}, of servos that "

@@ -6,6 +6,10 @@ from tegotae.parts.oscillators.base import (
     PhaseOscillator as PhaseOscillator,
     PhaseState as PhaseState,
 )
+from tegotae.parts.oscillators.foothold import (
+    FootholdOscillator as FootholdOscillator,
+    raibert_placement as raibert_placement,
+)
 from tegotae.parts.oscillators.matsuoka import Matsuoka as Matsuoka
 from tegotae.parts.oscillators.planar import (
     AdaptiveHopf as AdaptiveHopf,

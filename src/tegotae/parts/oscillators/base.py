@@ -32,6 +32,8 @@ class Oscillator(Weighted, ABC):
 
     SIGNALS: tuple[str, ...] = ("sin_phase", "cos_phase")
     """Names of what `signals` returns: what terms and couplings may read of it."""
+    READS: tuple[str, ...] = ()
+    """Names of the senses that its rate reads; `rate` takes signals where there are any."""
     STATE: tuple[str, ...] = ()
     """Entries of the state beside the phase, and of its rate, which `start` takes and `channels`
     records, each by its own name and, at an apex, as `apex_` and its name. An oscillator that names

@@ -301,6 +301,21 @@ class TiltReaction(Term):
 
 
 @dataclass(frozen=True)
+class SpeedReaction(Term):
+    """`R = v*`, the commanded speed [m/s]: with a `UnitAction` legs step the faster, the faster
+    they are to go, φ̇ = ω + σ v*.
+
+    Source: of this library; animals and Raibert's machines step faster at higher speeds.
+    """
+
+    READS = ("commanded_speed",)
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """v* [m/s]."""
+        return signals["commanded_speed"]
+
+
+@dataclass(frozen=True)
 class ConstantGain(Term):
     """`G = σ`, one trained number (paper equation 2).
 

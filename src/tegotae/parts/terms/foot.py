@@ -235,6 +235,51 @@ class WaryFoot(PacedFoot):
 
 
 @dataclass(frozen=True)
+class PlacedFoot(Actuation):
+    """A foot that its oscillator places, and that levels the torso:
+
+        x = x_f + x₀,    y = y_f,    z = A max(sin φ, 0) + h
+            + k_ρ ρ + k_ρ' ρ̇ + k_θ θ + k_θ' θ̇.
+
+    ρ is the torso's roll as the leg's side has it, up, and θ its pitch as the leg's end has it,
+    up: with gains above zero a leg is shorter where it is too high.
+
+    Args:
+        lift_m: how high a foot is lifted A to start from [m]; all others start at zero.
+
+    Raises:
+        TegotaeError: for a lift that is negative.
+
+    Reference: M. H. Raibert, Legged Robots That Balance (1986); x_f and y_f are those of a
+    `FootholdOscillator`.
+
+    Example:
+        >>> PlacedFoot().n_weights, PlacedFoot().COMMANDS
+        (7, ('foot_x', 'foot_z', 'foot_y'))
+    """
+
+    COMMANDS = FOOT_ASIDE
+    NEEDS_PHASE = True
+    TILT = ("side_roll", "side_roll_rate", "end_pitch", "end_pitch_rate")
+    READS = ("sin_phase", "foothold_x", "foothold_y", *TILT)
+    WEIGHTS = ("lift_m", "ahead_m", "raise_m", "roll_m", "roll_rate_ms", "pitch_m", "pitch_rate_ms")
+
+    lift_m: float = not_negative(0.2)
+
+    def initial(self, key: jax.Array) -> jax.Array:
+        """Return the lift, and zeros for all others, for any key."""
+        return jnp.array([self.lift_m, *[0.0] * (self.n_weights - 1)])
+
+    def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
+        """Forward, up and to the left [m], [3, limbs, lanes]."""
+        lift, ahead, up, *gains = (weights[i] for i in range(self.n_weights))
+        for gain, name in zip(gains, self.TILT, strict=True):
+            up = up + gain * signals[name]
+        up = up + lift * jnp.maximum(signals["sin_phase"], 0.0)
+        return jnp.stack([signals["foothold_x"] + ahead, up, signals["foothold_y"]])
+
+
+@dataclass(frozen=True)
 class LearnedFoot(Actuation):
     """A learned place of the foot: a network for each of its two coordinates.
 
