@@ -11,7 +11,9 @@ from __future__ import annotations
 
 import dataclasses
 import pickle
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import jax
@@ -20,7 +22,7 @@ import numpy as np
 import pandas as pd
 
 from research.commands import plan
-from research.frame import Row, Table, main, write_text
+from research.frame import Row, Table, main, markdown_table, write_text
 from research.go1.episodes import ROOT, Course, Law
 from research.go1.plan import Condition
 from tegotae._support.files import output_folder, write_atomically
@@ -35,7 +37,7 @@ from tegotae.training.algorithms import CMAES
 from tegotae.training.environments.experiment import EnvExperiment
 
 ROBOT = ROOT / "examples" / "wirings" / "go1-commands.toml"
-ROWS = Table(plan.FOLDER / "rows.csv", ("condition", "command"))
+ROWS = Table(plan.FOLDER / "rows.csv", ("condition",))
 _HEADING, _SPEED = 0.3, 0.5
 """Weights of errors of heading [rad] and speed, a share of the command, in the fitness."""
 
@@ -200,30 +202,48 @@ def evaluate() -> None:
     law = resolve(str(plan.LAW)).controller()
     wired = EnvExperiment.from_controller(law).wiring
     ROWS.measure(
-        [(condition, command) for condition in plan.CONDITIONS for command in plan.COMMANDS],
-        lambda condition, command: rows_of(wired, law, condition, command),
+        [(condition,) for condition in plan.CONDITIONS],
+        lambda condition: rows_of(wired, law, condition),
     )
 
 
-def rows_of(wired: Wiring, law: SavedController, title: str, name: str) -> list[Row]:
-    """Return the rows of a command under a condition, one a start."""
-    n = len(plan.STARTS)
-    weights = np.repeat(np.ravel(law.weights)[None], n, axis=0)
-    commands = np.repeat(np.array([plan.COMMANDS[name]]), n, axis=0)
-    omega, starts = np.full(n, law.omega), list(plan.STARTS)
+def rows_of(wired: Wiring, law: SavedController, title: str) -> list[Row]:
+    """Return the rows of a condition, one a command and start."""
+    cells = list(product(plan.COMMANDS, plan.STARTS))
+    commands = np.array([plan.COMMANDS[name] for name, _ in cells])
+    weights = np.repeat(np.ravel(law.weights)[None], len(cells), axis=0)
+    omega, starts = np.full(len(cells), law.omega), [start for _, start in cells]
     condition = plan.CONDITIONS[title]
     result = walks(wired, weights, omega, commands, starts, condition, plan.SECONDS)
     columns: dict[str, Any] = dataclasses.asdict(result)
     return [
         {"condition": title, "command": name, "start": start}
         | {column: float(values[i]) for column, values in columns.items()}
-        for i, start in enumerate(starts)
+        for i, (name, start) in enumerate(cells)
     ]
 
 
 def report() -> None:
     """Write the tables of the page from the kept rows."""
     rows = ROWS.read()
+    rows["fell"] = rows.lasted < 1.0
+    undisturbed = rows[rows.condition == next(iter(plan.CONDITIONS))]
+    write_text(plan.FOLDER / "commands.md", table_of(undisturbed, "command", plan.COMMANDS))
+    write_text(plan.FOLDER / "conditions.md", table_of(rows, "condition", plan.CONDITIONS))
+
+
+def table_of(rows: pd.DataFrame, column: str, names: Iterable[str]) -> str:
+    """Return a table with a row per command or condition, over all other episodes."""
+    head = ["displacement / asked", "turned / asked", "from its place [m]", "heading error [rad]"]
+    lines = [[column, "falls", *head, "CoT"]]
+    for name in names:
+        each = rows[rows[column] == name]
+        off = each.assign(error=each.heading_error_rad.abs())[
+            ["followed", "turned", "astray_m", "error", "cost_of_transport"]
+        ].mean()
+        cells = ["–" if np.isnan(x) else f"{x:.2f}" for x in off]
+        lines.append([name, f"{int(each.fell.sum())} of {len(each)}", *cells])
+    return markdown_table(lines)
 
 
 if __name__ == "__main__":

@@ -123,6 +123,17 @@ class RobotController:
         ).legs
 
     @property
+    def feet_m(self) -> tuple[tuple[float, float], ...]:
+        """Places of the feet of a robot that takes commands, forward and to the left of its trunk
+        [m], limb by limb; empty of others."""
+        task, legs = self.saved.task, self.legs if "commanded_speed" in self.senses else None
+        if legs is None or task is None:
+            return ()
+        feet = dict(zip(legs.feet, legs.feet_m[:, :2].tolist(), strict=True))
+        names = [limb.senses["commanded_x"] for limb in task.wiring.limbs]
+        return tuple(tuple(feet[name.removesuffix("_commanded_x")]) for name in names)
+
+    @property
     def weights(self) -> np.ndarray:
         """The weights as the simulator's float32 has them."""
         return np.asarray(self.saved.weights, np.float32)
@@ -292,6 +303,7 @@ def compiled(saved: SavedController, max_force_n: float | None = None) -> Native
         phase_entry=next(x for x in names if x.startswith("oscillator")) if by_phase else None,
         start=dict(zip(names, numbers, strict=True)),
         code=kernel.to_bytes(),
+        feet_m=robot.feet_m,
     )
 
 

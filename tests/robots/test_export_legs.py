@@ -1,6 +1,7 @@
 """Exported laws on a robot's legs: the inverse kinematics in C are those of the package."""
 
 import ctypes
+import dataclasses
 import importlib
 import subprocess
 
@@ -8,13 +9,17 @@ import mujoco
 import numpy as np
 import pytest
 
+import tegotae as tg
 from compiled import FLAGS, needs_gcc
 from jointed import jointed_robot
 from places import ROOT
+from refusals import refused
 from sprung import sprung_robot
 from tegotae.cli import main
+from tegotae.envs.command import over_feet
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.mujoco.legs import legs_of
+from tegotae.envs.mujoco.sensing import leg_odometry
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.recipe import recipe
@@ -22,7 +27,9 @@ from tegotae.systems.resolve import resolve
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae_robots.c import Export
 from tegotae_robots.c.legs import leg_pieces
+from tegotae_robots.live import LiveController
 from tegotae_robots.models.suggesting_legs import suggest_legs
+from tegotae_robots.robot import compiled
 
 ROBOTS = {
     "servo_quadruped": [f"{leg}_foot" for leg in ("FL", "FR", "RL", "RR")],
@@ -129,22 +136,33 @@ def test_the_check_of_an_export_finds_a_leg_that_is_another(exported, tmp_path):
         assert ran.returncode == (name == "other"), ran.stdout
 
 
-@pytest.mark.parametrize(("name", "axes"), [("clock-s", 3), ("clock-p", 2), ("wary", 2)])
-def test_a_law_goes_to_c_that_steps_aside_whose_stride_grows_or_that_is_wary(
-    tmp_path, name, axes, monkeypatch
-):
-    settings = {"feet": ROBOTS["sprung"], "legs": True}
-    model = tmp_path / "sprung.xml"
+def saved_law(name: str, folder, **settings) -> SavedController:
+    """A law with some weights on a robot, in `law.json` of a folder."""
+    settings = {"feet": ROBOTS["sprung"], "legs": True, **settings}
+    model = folder / "sprung.xml"
     model.write_text(sprung_robot())
     wiring = suggest_legs(ModelSettings(model=str(model), **settings)).wiring
-    law, spec = (
-        recipe(f"{name}@quadruped-c"),
-        EnvSpec(env=str(model), settings=tuple(settings.items())),
-    )
-    experiment = EnvExperiment.from_recipe(law, spec, wiring)
+    spec = EnvSpec(env=str(model), settings=tuple(settings.items())).for_wiring(wiring)
+    experiment = EnvExperiment.from_recipe(recipe(f"{name}@quadruped-c"), spec, wiring)
     weights = np.random.default_rng(0).uniform(0.01, 0.3, experiment.controller.n_weights)
     saved = SavedController(experiment.system, weights, "law", task=experiment.task)
-    save(saved, tmp_path / "law.json")
+    save(saved, folder / "law.json")
+    return saved
+
+
+@pytest.mark.parametrize(
+    ("name", "axes", "settings"),
+    [
+        ("clock-s", 3, {}),
+        ("clock-p", 2, {}),
+        ("wary", 2, {}),
+        ("raibert", 3, {"command": [0, 0, 0]}),
+    ],
+)
+def test_a_law_goes_to_c_that_steps_aside_whose_stride_grows_or_that_is_wary_or_commanded(
+    tmp_path, name, axes, settings, monkeypatch
+):
+    saved_law(name, tmp_path, **settings)
     assert not main(["export", "c", str(tmp_path / "law.json"), "--out", str(tmp_path / "c")])
     words = ["gcc", *FLAGS, "-O1", "tegotae.c", "test_tegotae.c", "-lm", "-o", "check"]
     subprocess.run(words, check=True, cwd=tmp_path / "c")
@@ -154,6 +172,10 @@ def test_a_law_goes_to_c_that_steps_aside_whose_stride_grows_or_that_is_wary(
     # The example of a node sends feet no further than their reach, to the side too.
     monkeypatch.syspath_prepend(ROOT / "examples" / "hardware")
     node = importlib.import_module("legged_law").Law(tmp_path / "c")
+    if name == "raibert":
+        joints = np.zeros((4, len(node.joints) // 4))
+        node.odometry(joints, joints, np.ones(4), np.zeros(3))
+        node.command(0.3, 0.1, 0.2)
     node.step(dict.fromkeys(importlib.import_module("legged_link").IMU, 0.9), 0.01)
     places = np.abs(node.outputs.reshape(-1)[: axes * 4])
     assert places.max() <= np.float32(0.01)
@@ -163,3 +185,64 @@ def test_a_law_goes_to_c_that_steps_aside_whose_stride_grows_or_that_is_wary(
 def test_a_body_without_hips_that_turn_refuses_a_law_that_steps_aside(capsys):
     assert main(["simulate", "clock-s@quadruped-c"]) == 2
     assert "foot_y, and a Walker takes foot_x and foot_z" in capsys.readouterr().err
+
+
+def test_commands_and_odometry_in_c_are_those_of_the_environment(tmp_path):
+    saved = saved_law("raibert", tmp_path, command=[0, 0, 0])
+    assert not main(["export", "c", str(tmp_path / "law.json"), "--out", str(tmp_path / "c")])
+    command = ["gcc", *FLAGS, "-O1", "-shared", "-fPIC", "tegotae.c", "-lm", "-o", "tegotae.so"]
+    subprocess.run(command, check=True, cwd=tmp_path / "c")
+    library = ctypes.CDLL(str(tmp_path / "c" / "tegotae.so"))
+    export = Export(saved, tick_s=0.01)
+    legs, draw = export.legs, np.random.default_rng(3)
+    row = {name: export.senses.index(name) for name in export.senses}
+    senses = np.zeros((len(row), export.limbs), np.float32)
+    library.tegotae_command(pointer(senses), *map(ctypes.c_float, (0.4, -0.1, 0.6)))
+    told = over_feet(np.array([[0.4, -0.1, 0.6]]), legs.feet_m[:, :2])[0]
+    assert pytest.approx(told, abs=1e-6) == senses[[row["commanded_x"], row["commanded_y"]]].T
+    fastest = np.linalg.norm(told, axis=1).max()
+    assert senses[row["commanded_speed"]] == pytest.approx(np.full(export.limbs, fastest))
+    joints, rates = legs.start[None], draw.normal(size=(1, *legs.start.shape))
+    loads, turning = np.array([[3.0, 0.0, 1.0, 9.0]]), draw.normal(size=(1, 3))
+    golden = leg_odometry(legs, joints, rates, loads, turning)[0]
+    arrays = (np.ascontiguousarray(x[0], np.float32) for x in (joints, rates, loads, turning))
+    library.tegotae_odometry(pointer(senses), *map(pointer, arrays))
+    found = senses[[row["odometry_x"], row["odometry_y"]]].T
+    assert found == pytest.approx(golden, rel=1e-4, abs=1e-5)
+
+
+def test_a_live_controller_takes_commands_and_stops_without(tmp_path):
+    native = compiled(saved_law("raibert", tmp_path, command=[0, 0, 0]))
+    live = LiveController(native)
+    measuring = LiveController(dataclasses.replace(native, feet_m=()))
+    senses = dict.fromkeys((*live.senses, "commanded_x", "commanded_y", "commanded_speed"), 0.0)
+    for command in (None, (0.4, -0.1, 0.6)):
+        if command is not None:
+            live.command(*command)
+            told = over_feet(np.array([command]), np.array(native.feet_m))[0]
+            senses["commanded_x"], senses["commanded_y"] = told.T
+            senses["commanded_speed"] = np.linalg.norm(told, axis=1).max()
+        for _ in range(30):
+            expected = measuring.step(senses, dt_s=0.01)
+            own = {name: x for name, x in senses.items() if "commanded" not in name}
+            assert live.step(own, dt_s=0.01) == pytest.approx(expected, abs=1e-6)
+    refused("takes no command", measuring.command, 0.1)
+    refused("left_m_per_s is nan", live.command, 0.1, float("nan"))
+
+
+def test_a_law_with_commands_is_simulated_under_one_and_another_law_refuses_it(tmp_path):
+    saved_law("raibert", tmp_path, command=[0, 0, 0])
+    robot = tg.load(str(tmp_path / "law.json"))
+    path = tmp_path / "path.csv"
+    path.write_text(
+        "time_s,forward_m_per_s,left_m_per_s,yaw_rate_rad_per_s\n0,0.1,0,0\n0.2,0,0,-0.5\n"
+    )
+    for command in (path, (str(path),)):
+        table = robot.simulate(command=command, duration_s=0.4).table
+        assert table.commanded_forward.max() == 0.1
+        assert table.commanded_yaw_rate.iloc[-1] == -0.5
+    assert "followed" in robot.evaluate(command=("0.1", "0", "0"), starts=1).table.columns
+    refused("it must be three numbers", robot.simulate, command=(0.1, 0.2))
+    saved_law("clock-s", tmp_path)
+    other = tg.load(str(tmp_path / "law.json"))
+    refused("takes no command", other.simulate, command=(0.1, 0.0, 0.0))

@@ -15,6 +15,7 @@ from tegotae.parts.bodies import Hopper
 from tegotae.parts.controller import Controller, Tegotae
 from tegotae.parts.oscillators import (
     Clamped,
+    FootholdOscillator,
     Oscillator,
     PhaseOscillator,
     PhaseState,
@@ -71,6 +72,7 @@ def test_every_term_of_the_package_passes(term):
         PhaseOscillator(slowest_rad_per_s=1.0),
         Clamped(PhaseOscillator()),
         WaryOscillator(),
+        FootholdOscillator(),
     ],
     ids=repr,
 )

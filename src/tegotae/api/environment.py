@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 from tegotae._support.errors import TegotaeError, require_count
@@ -14,6 +15,7 @@ from tegotae.api.evaluations import EvaluationTable
 from tegotae.api.parameters import HIDDEN, Values, changes, check_types, filled
 from tegotae.api.results import Animation, MatplotlibFigure, Recording, Table
 from tegotae.envs.env_spec import EnvSpec, settings_of
+from tegotae.envs.wiring import read_by
 from tegotae.measures.robots import ROBOTS
 from tegotae.parts.bodies import Body
 from tegotae.training.environments.experiment import EnvExperiment
@@ -75,6 +77,11 @@ class EpisodeEvaluation(MetricOptions, total=False):
     """Options of an evaluation in another simulator."""
 
     omega: Annotated[Sequence[float] | None, "frequencies [rad/s]"]
+    command: Annotated[
+        Sequence[str] | Sequence[float] | Path | None,
+        "of a robot that takes commands: forward, left [m/s] and yaw rate [rad/s], or a file "
+        "FILE.csv of them over time",
+    ]
     starts: Annotated[int, "episodes of each run, where the environment has noise", 32]
     settings: Annotated[
         Sequence[str],
@@ -108,14 +115,25 @@ class EnvironmentController(LoadedController):
         }
 
     @check_types
-    def simulate(self, *, duration_s: float | None = None) -> Recording:
+    def simulate(
+        self,
+        *,
+        duration_s: float | None = None,
+        command: Sequence[str] | Sequence[float] | Path | None = None,
+    ) -> Recording:
         """Play an episode where a controller was trained, in another simulator.
 
         Args:
             duration_s: length of the episode [s].
+            command: of a robot that takes commands: forward, left [m/s] and yaw rate [rad/s], or a
+                file FILE.csv of them over time, with the columns `time_s`, `forward_m_per_s`,
+                `left_m_per_s` and `yaw_rate_rad_per_s`.
+
+        Raises:
+            TegotaeError: for a command of a robot that takes none, or one that is none.
         """
         options = filled(locals(), self.defaults())
-        experiment = lasting(self.experiment, options.duration_s)
+        experiment = _commanded(lasting(self.experiment, options.duration_s), options.command)
         (played,) = replay(experiment, [self.weights])
         reason, title = played.why_on_ground(), f"an episode on {experiment.spec.env}"
         return Recording(
@@ -166,7 +184,8 @@ class EnvironmentController(LoadedController):
 
     def _measured(self, options: Any) -> EvaluationTable:
         require_count("starts", options.starts)
-        experiment, rows, metrics = self.experiment, [], self._metrics(options.metric)
+        experiment = _commanded(self.experiment, options.command)
+        rows, metrics = list[dict[str, Any]](), self._metrics(options.metric)
         changed = dict(experiment.spec.settings) | settings_of(options.settings)
         spec = EnvSpec(env=experiment.spec.env, settings=tuple(changed.items()))
         varied = not spec.is_model or spec.model_settings.noise > 0.0
@@ -197,6 +216,25 @@ class EnvironmentController(LoadedController):
         from tegotae.analysis.generalisation.on_environment import EnvironmentUnderTest
 
         return EnvironmentUnderTest.from_runs(self.runs, starts)
+
+
+def _commanded(experiment: EnvExperiment, command: Sequence[float] | Path | None) -> EnvExperiment:
+    """Return an experiment whose robot has another command; its own for None."""
+    if command is None:
+        return experiment
+    if "commanded_speed" not in read_by(experiment.controller):
+        raise TegotaeError(
+            f"{experiment.name} takes no command; give one to a law that does, such as raibert"
+        )
+    words = [command] if isinstance(command, Path) else [*command]
+    try:
+        value = [float(x) for x in words]  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        value = " ".join(map(str, words))
+    settings = dict(experiment.spec.settings) | {"command": value}
+    spec = dataclasses.replace(experiment.spec, settings=tuple(settings.items()))
+    _ = spec.model_settings
+    return dataclasses.replace(experiment, spec=spec)
 
 
 def _figures(played: Replay, title: str) -> dict[str, MatplotlibFigure]:

@@ -14,8 +14,6 @@ from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.parts.parameters import Part, finite
 
 _COLUMNS = ("time_s", "forward_m_per_s", "left_m_per_s", "yaw_rate_rad_per_s")
-COMMANDED = ("commanded_forward", "commanded_left", "commanded_yaw_rate")
-"""Entries of an observation that are the command."""
 _TURN_PER_S = 2.0
 """Yaw rate per heading error [1/s]."""
 _TURN_RAD_PER_S = 1.0

@@ -19,6 +19,7 @@ from tegotae.measures.hopping.gait import Measured, measure
 from tegotae.measures.hopping.metrics import HOPPING
 from tegotae.measures.metric import Catalogue, Metric
 from tegotae.measures.statistics import POSITIVE, SHARE
+from tegotae.parts.channels import COMMANDED
 
 ROBOTS = Catalogue("robots", "run", "omega", "start")
 """The metrics of robots."""
@@ -236,6 +237,39 @@ def saturated_share(episode: RobotEpisode) -> float | None:
         for name, (low, high) in episode.force_limits.items()
     ]
     return float(np.mean(shares)) if shares else None
+
+
+# Source: of this library.
+@RobotMetric.described(label="displacement over command", more_is_better=None)
+def followed(episode: RobotEpisode) -> float | None:
+    """displacement along the commanded path over what was commanded"""
+    asked = _commanded(episode)
+    if asked is None:
+        return None
+    forward, left, turned = asked[0], asked[1], np.cumsum(asked[2]) * episode.step_s
+    direction = np.exp(1j * turned) * (forward + 1j * left)
+    distance = float(np.abs(direction).sum()) * episode.step_s
+    place = episode["root_forward"] + 1j * episode["root_left"]
+    unit = direction[1:] / np.maximum(np.abs(direction[1:]), 1e-9)
+    along = float((np.diff(place) * np.conj(unit)).real.sum())
+    return along / distance if distance > 0.0 else math.nan
+
+
+# Source: of this library.
+@RobotMetric.described(label="heading error at the end", unit="rad", more_is_better=None)
+def heading_error_rad(episode: RobotEpisode) -> float | None:
+    """heading less the commanded one at the end, as the gyroscope counts it"""
+    asked = _commanded(episode)
+    if asked is None:
+        return None
+    return float((episode["root_yaw_rate"] - asked[2]).sum()) * episode.step_s
+
+
+def _commanded(episode: RobotEpisode) -> np.ndarray | None:
+    """Return forward, left [m/s] and yaw rate [rad/s], [3, steps]; None without commands."""
+    if not {*COMMANDED} <= {*episode.names}:
+        return None
+    return np.array([episode[name] for name in COMMANDED])
 
 
 # Source: of this library.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -315,7 +316,7 @@ class Controller(Part):
             feedback = feedback + self.coupling(weights[self.unit_weights :], signals)
         learned = self.layout.get("oscillator")
         arguments = () if learned is None else (weights[learned],)
-        felt = {"signals": signals} if self.oscillator.READS else {}
+        felt: dict[str, Any] = {"signals": signals} if self.oscillator.READS else {}
         return self.oscillator.rate(oscillator, omega, feedback, *arguments, **felt)
 
 

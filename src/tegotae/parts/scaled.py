@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -88,7 +89,8 @@ class ScaledOscillator(OscillatorWrapper):
         units, arguments = self.units, (weights,) if self.inner.n_weights else ()
         values = {name: signals[name] / units.value_of(name) for name in self.inner.READS}
         frequency, felt = units.time_s * omega, units.time_s * feedback
-        rate = self.inner.rate(state, frequency, felt, *arguments, signals=Signals(values))
+        sensed: dict[str, Any] = {"signals": Signals(values)}
+        rate = self.inner.rate(state, frequency, felt, *arguments, **sensed)
         return jax.tree.map(lambda x: x / units.time_s, rate)
 
     def decay_per_s(self, omega: float) -> float:

@@ -206,6 +206,8 @@ def check_senses(controller: Controller, body: Body | Interface) -> None:
     oscillator = controller.oscillator
     readable = {*senses, *(() if oscillator is None else oscillator.SIGNALS)}
     reads = {f"{role} term": term.reads for role, term in controller.terms.items()}
+    if oscillator is not None:
+        reads["oscillator"] = oscillator.READS
     if controller.coupling is not None:
         reads["coupling"] = controller.coupling.READS
     for reader, names in reads.items():

@@ -18,22 +18,32 @@ if TYPE_CHECKING:
     from tegotae.envs.mujoco.legs import LegKinematics
     from tegotae_robots.c.plan import Export
 
+COMMAND_SENSES = ("odometry_x", "odometry_y", "commanded_x", "commanded_y", "commanded_speed")
+"""Senses of a robot's commands and of what came of them."""
 _ROWS = 200
 """Places of a check."""
 _TURN = 0.25
 """Largest turn of joints for these places [rad], or slide over the leg's length."""
 
 
-def leg_pieces(legs: LegKinematics) -> list[Piece]:
-    """Return the pieces of `LegKinematics`: the solution's start and step, and the load on a
-    foot.
+def leg_pieces(legs: LegKinematics, *, odometry: bool = False) -> list[Piece]:
+    """Return the pieces of `LegKinematics`: the solution's start and step, the load on a foot and,
+    for odometry, its place and velocity.
     """
-    from tegotae.envs.mujoco.chains import Chains, borne, direct, has_closed_form, nearer
+    from tegotae.envs.mujoco.chains import (
+        Chains,
+        borne,
+        direct,
+        has_closed_form,
+        kinematics,
+        moving,
+        nearer,
+    )
 
     reader, n = CReader(), legs.joints.shape[1]
     shapes = {"axis": (n, 3), "anchor": (n, 3), "foot": (3,)}
     shapes |= dict.fromkeys(("slides", "low", "high"), (n,))
-    vectors = {"wanted": 3, "moved": n, "torque": n}
+    vectors = {"wanted": 3, "moved": n, "torque": n, "rates": n}
 
     def texts(name: str, shape: tuple[int, ...]) -> list[str]:
         return [name + "".join(f"[{i}]" for i in index) for index in np.ndindex(shape)]
@@ -60,16 +70,27 @@ def leg_pieces(legs: LegKinematics) -> list[Piece]:
     def load(*state: Any) -> jax.Array:
         return borne(*state)[2]
 
+    def motion(chains: Chains, moved: Any, rates: Any) -> list[Any]:
+        return [*kinematics(chains, moved)[0], *moving(chains, moved, rates)]
+
     joints = [f"joint_{k}" for k in range(n)]
     in_closed_form = "Joints in closed form, and 1 if they need no further step."
     step = "Joints one step nearer to where they put the foot: damped least squares."
     upward = "The ground's upward force on the foot, that holds a leg without mass."
+    moves = [f"{quantity}_{axis}" for quantity in ("foot", "velocity") for axis in "xyz"]
+    told = "The foot's place and velocity in the axes of the trunk, over the leg's length."
     start = ("direct", closed, ("wanted",), [*joints, "there"], in_closed_form)
     return [
         *([piece(*start)] if has_closed_form(legs.chains) else []),
         piece("nearer", nearer, ("wanted", "moved"), joints, step),
         piece("load", load, ("moved", "torque"), ["upward"], upward),
+        *([piece("motion", motion, ("moved", "rates"), moves, told)] if odometry else []),
     ]
+
+
+def has_odometry(export: Export) -> bool:
+    """Return True if the controller takes commands, and senses the odometry of its legs."""
+    return export.legs is not None and {*COMMAND_SENSES} <= {*export.senses}
 
 
 def leg_facts(export: Export) -> dict[str, Any]:
@@ -77,7 +98,7 @@ def leg_facts(export: Export) -> dict[str, Any]:
     a model."""
     legs = export.legs
     if legs is None:
-        return {"has_legs": False, "legs": []}
+        return {"has_legs": False, "has_odometry": False, "legs": []}
     from tegotae.envs.mujoco.chains import STEPS, has_closed_form
 
     order, axes = _wired(export)
@@ -95,6 +116,8 @@ def leg_facts(export: Export) -> dict[str, Any]:
         "steps": STEPS,
         "has_closed_form": has_closed_form(legs.chains),
         "length": floating(legs.length_m),
+        "has_odometry": has_odometry(export),
+        "rolling": floating(1.0 + legs.rolling),
         "table": ",\n".join(wrapped(row) for row in table),
         "places": ", ".join(places),
     }

@@ -17,7 +17,7 @@ from tegotae.parts.bodies.upright import Upright
 from tegotae.parts.terms import WholeBody
 from tegotae.systems.controller_file import SavedController
 from tegotae.systems.env_documents import EnvTask, LimbDocument
-from tegotae_robots.c.legs import leg_facts, leg_pieces
+from tegotae_robots.c.legs import has_odometry, leg_facts, leg_pieces
 from tegotae_robots.c.text import ascii_text, floating, is_c_name
 from tegotae_robots.c.trace import Piece, TracedTick
 from tegotae_robots.robot import RobotController
@@ -128,7 +128,7 @@ class Export(RobotController):
         Raises:
             TegotaeError: for an operation that has no C, by its name.
         """
-        legs = [] if self.legs is None else leg_pieces(self.legs)
+        legs = [] if self.legs is None else leg_pieces(self.legs, odometry=has_odometry(self))
         try:
             return {**self.tick.pieces(), **{piece.name: piece for piece in legs}}
         except CannotLower as error:
@@ -164,12 +164,13 @@ def usual_tick_s(saved: SavedController) -> float:
 _UNITS = {
     **dict.fromkeys(("spring_force", "force"), "N"),
     "spring_force_rate": "N/s",
-    **dict.fromkeys(("velocity", "speed"), "m/s"),
+    **dict.fromkeys(("velocity", "speed", "commanded_speed"), "m/s"),
+    **{f"{name}_{axis}": "m/s" for name in ("odometry", "commanded") for axis in "xy"},
     **dict.fromkeys(("height", "foot_x", "foot_z", "foot_y"), "m"),
     **dict.fromkeys(("pitch", "roll", "yaw", "twist", "phase"), "rad"),
     **dict.fromkeys(("side_roll", "end_pitch", "side_yaw"), "rad"),
     **dict.fromkeys(("pitch_rate", "roll_rate", "yaw_rate", "twist_rate", "feedback"), "rad/s"),
-    "side_roll_rate": "rad/s",
+    **dict.fromkeys(("side_roll_rate", "end_pitch_rate"), "rad/s"),
 }
 """Units of what is sensed and commanded."""
 
@@ -203,6 +204,12 @@ _WHAT = {
     "side_roll": "roll of the body, up on the leg's side",
     "side_roll_rate": "its rate",
     "end_pitch": "pitch of the body, up at the leg's end",
+    "end_pitch_rate": "its rate",
+    "odometry_x": "velocity of the body over the foot, forward, by leg odometry",
+    "odometry_y": "to the left",
+    "commanded_x": "commanded velocity of the body over the foot, forward",
+    "commanded_y": "to the left",
+    "commanded_speed": "largest commanded speed over a foot",
     "side_yaw": "yaw of the body, to the leg's side",
 }
 """Descriptions of the senses of the package's bodies."""

@@ -14,8 +14,8 @@ from tegotae_robots.c.trace import Piece, scale_name
 _NAMES = """
 signals rhythm_result checked bounded WEIGHTS COUPLING_WEIGHTS SETS UNITS SET LIMB unit limb state
 in out heard sound said next felt smooth feedback phase omega pull pulls pulled action reaction
-gain most result leg wanted moved torque upward LEGS oscillator unit_weights turned left over turns
-turn reached REST PUSH
+gain most result leg wanted moved torque rates upward LEGS oscillator unit_weights turned left over
+turns turn reached REST PUSH
 """
 _OWN = _NAMES.split()
 """Names of the code around the traced functions."""
@@ -96,7 +96,7 @@ def _function(export: Export, library: Library, piece: Piece) -> _Function:
         "o": f"const {export.prefix}_oscillator *o",
         "heard": "const signals *heard",
         "leg": "const leg_geometry *leg",
-        **{array: f"const float *{array}" for array in ("wanted", "moved", "torque")},
+        **{array: f"const float *{array}" for array in ("wanted", "moved", "torque", "rates")},
         **{scalar: f"float {scalar}" for scalar in _SCALARS},
     }
     arguments = tuple(x for x in kinds if x in roots)

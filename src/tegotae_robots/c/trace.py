@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -199,17 +200,14 @@ class TracedTick:
             feedback: jax.Array,
             pulls: Sequence[jax.Array],
             tick: jax.Array,
+            values: _Arrays,
         ) -> ArrayTree:
             for pull in pulls:
                 feedback = feedback + pull
             oscillator_state, arguments = self._from_leaves(state), (weights,) if weights else ()
-            return read_off(
-                held(
-                    oscillator_state,
-                    oscillator.rate(oscillator_state, omega, feedback, *arguments),
-                    tick,
-                )
-            )
+            felt: dict[str, Any] = {"signals": Signals(values)} if values else {}
+            rate = oscillator.rate(oscillator_state, omega, feedback, *arguments, **felt)
+            return read_off(held(oscillator_state, rate, tick))
 
         return self._trace(
             name,
@@ -222,6 +220,7 @@ class TracedTick:
             feedback="feedback",
             pulls=[] if self._controller.coupling is None else ["pull"],
             tick="TICK_S",
+            values={name: f"s->{name}" for name in oscillator.READS},
         )
 
     def _coupling(self, coupling: Coupling) -> Piece:

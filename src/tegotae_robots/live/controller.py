@@ -38,6 +38,8 @@ class NativeController:
         phase_entry: the entry of the state that is the phase; None if no single one is.
         start: the state at the release, by entry, as nested lists of numbers.
         code: of a step, from `FunctionKernel.to_bytes`.
+        feet_m: places of the feet of a robot that takes commands, forward and to the left of the
+            trunk's origin [m], [limbs, 2]; empty without commands.
     """
 
     name: str | None
@@ -48,6 +50,7 @@ class NativeController:
     phase_entry: str | None
     start: dict[str, Any]
     code: bytes
+    feet_m: tuple[tuple[float, float], ...] = ()
 
     def step(self) -> NativeStep:
         """Load the code into this process.
@@ -121,6 +124,7 @@ class LiveController:
     ) -> None:
         self._native = native
         self._clock = clock
+        self._commanded: dict[str, np.ndarray | float] = {}
         self.senses = native.senses
         """The signals that a step takes."""
         self.commands = native.commands
@@ -141,6 +145,8 @@ class LiveController:
             outputs[name][:, 0] for name in ("phase_rad", "feedback_rad_per_s")
         )
         self.omega_rad_per_s = native.omega_rad_per_s
+        if native.feet_m:
+            self.command()
         self.reset()
 
     @classmethod
@@ -194,6 +200,37 @@ class LiveController:
         self.steps = 0
         """Steps since the last reset."""
 
+    def command(
+        self,
+        forward_m_per_s: float = 0.0,
+        left_m_per_s: float = 0.0,
+        yaw_rate_rad_per_s: float = 0.0,
+    ) -> None:
+        """Command a robot on legs from the next step on; it stops before the first command.
+
+        The senses `commanded_x`, `commanded_y` and `commanded_speed` then need no measurement.
+
+        Args:
+            forward_m_per_s: forward; backward below zero.
+            left_m_per_s: to the left.
+            yaw_rate_rad_per_s: turning to the left.
+
+        Raises:
+            TegotaeError: for a controller without commands, or what is no finite number.
+        """
+        if not self._native.feet_m:
+            raise TegotaeError(
+                "the controller takes no command; export one that does, such as raibert"
+            )
+        numbers = {name: x for name, x in locals().items() if name != "self"}
+        for name, number in numbers.items():
+            require_finite(name, number)
+        ahead, left = np.array(self._native.feet_m).T
+        x = forward_m_per_s - yaw_rate_rad_per_s * left
+        y = left_m_per_s + yaw_rate_rad_per_s * ahead
+        speed = float(np.hypot(x, y).max())
+        self._commanded = {"commanded_x": x, "commanded_y": y, "commanded_speed": speed}
+
     def step(self, measurements: Mapping[str, ArrayLike], dt_s: float | None = None) -> np.ndarray:
         """Return the command until the next step.
 
@@ -221,7 +258,7 @@ class LiveController:
             require_finite("dt_s", dt_s, least=0.0, most=MOST_STEP_S)
         for name, key, array in self._signals:
             try:
-                key[:] = measurements[name]
+                key[:] = self._commanded[name] if name in self._commanded else measurements[name]
             except KeyError:
                 raise TegotaeError(
                     f"the measurements lack {name!r}; the controller reads "
@@ -298,5 +335,5 @@ class LiveController:
         self._omega[...] = 0.0 if value is None else value
 
 
-_KEPT = ("_native", "_clock", "_omega_rad_per_s", "_last_s", "_began", "steps")
+_KEPT = ("_native", "_clock", "_commanded", "_omega_rad_per_s", "_last_s", "_began", "steps")
 """Attributes that a copy takes over beside the memory of the code."""

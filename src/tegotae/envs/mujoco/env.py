@@ -19,11 +19,12 @@ from tegotae._support.errors import (
     require_known,
 )
 from tegotae.envs._types import Info, MjModel, Seeds
-from tegotae.envs.command import COMMANDED, CommandSchedule, over_feet
+from tegotae.envs.command import CommandSchedule, over_feet
 from tegotae.envs.mujoco.legs import AXES
 from tegotae.envs.mujoco.sensing import Sensing, is_sound, sensing
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
 from tegotae.envs.scaling import gravity_m_per_s2
+from tegotae.parts.channels import COMMANDED
 
 
 class ModelBatch:

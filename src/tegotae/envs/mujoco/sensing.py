@@ -174,22 +174,14 @@ class Sensing:
         load = np.maximum(force[..., 2], 0.0)
         if not self.has_odometry:
             return np.concatenate([values, load], axis=-1)
-        over = self._over_feet(data, load).reshape(*load.shape[:-1], -1)
+        over = self._odometry(data, load).reshape(*load.shape[:-1], -1)
         return np.concatenate([values, load, over], axis=-1)
 
-    def _over_feet(self, data: np.ndarray, load: np.ndarray) -> np.ndarray:
-        """Return the velocity of the trunk over each foot [m/s], [lanes, feet, 2], by odometry.
-
-        That of the trunk is the mean of what the legs tell, each as sure as its load is large.
-        """
+    def _odometry(self, data: np.ndarray, load: np.ndarray) -> np.ndarray:
         assert self.legs is not None
         rates = np.where(self.legs.joints >= 0, data[..., self.rates], 0.0)
-        turning = data[..., self.turning]
-        told = self.legs.trunk_velocities_m_per_s(data[..., self.angles], rates, turning)
-        share = load**4 / np.maximum((load**4).sum(axis=-1, keepdims=True), 1e-9)
-        trunk = (share[..., None] * told[..., :2]).sum(axis=-2)
-        velocity = np.concatenate([trunk, turning[..., 2:]], axis=-1)
-        return over_feet(velocity, self.legs.feet_m[:, :2])
+        angles, turning = data[..., self.angles], data[..., self.turning]
+        return leg_odometry(self.legs, angles, rates, load, turning)
 
     @cached_property
     def _conversion(self) -> tuple[np.ndarray, ...]:
@@ -202,6 +194,35 @@ class Sensing:
         actuators].
         """
         return data[..., self.forces] * data[..., self.speeds]
+
+
+def leg_odometry(
+    legs: LegKinematics,
+    joints: np.ndarray,
+    rates: np.ndarray,
+    load: np.ndarray,
+    turning: np.ndarray,
+) -> np.ndarray:
+    """Return the velocity of a trunk over each of its feet, by the legs that stand.
+
+    That of the trunk is a mean of what the feet tell (`LegKinematics.trunk_velocities_m_per_s`),
+    with the fourth power of the load as weight: a leg in the air counts for nothing.
+
+    Args:
+        legs: their geometry.
+        joints: [rad or m], [lanes, legs, joints].
+        rates: of the joints, likewise.
+        load: upward force on each foot [N], [lanes, legs].
+        turning: the gyroscope's [rad/s], [lanes, 3].
+
+    Returns:
+        Forward and to the left in the axes of the trunk [m/s], [lanes, legs, 2].
+    """
+    told = legs.trunk_velocities_m_per_s(joints, rates, turning)
+    share = (load / np.maximum(load.max(axis=-1, keepdims=True), 1e-9)) ** 4
+    share /= np.maximum(share.sum(axis=-1, keepdims=True), 1e-9)
+    trunk = (share[..., None] * told[..., :2]).sum(axis=-2)
+    return over_feet(np.concatenate([trunk, turning[..., 2:]], axis=-1), legs.feet_m[:, :2])
 
 
 def sensing(settings: ModelSettings) -> Sensing:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -119,38 +118,20 @@ class FootholdOscillator(Oscillator):
         stance_s = math.pi / jnp.maximum(rate, _SLOWEST)
         approach = rate * sine / jnp.maximum(1.0 + cosine, _FLAT)
         approach = jnp.clip(approach, 0.0, 1.0 / self.settle_s)
-        ahead, aside = (
-            self._along(sine, approach, stance_s, *numbers, lag_per_s=weights[2])
-            for numbers in (
-                (state[1::2], signals["odometry_x"], signals["commanded_x"], weights[0]),
-                (state[2::2], signals["odometry_y"], signals["commanded_y"], weights[1]),
-            )
-        )
-        return FootholdState(rate, *(x for pair in zip(ahead, aside, strict=True) for x in pair))
-
-    def _along(
-        self,
-        sine: jax.Array,
-        approach: jax.Array,
-        stance_s: jax.Array,
-        state: Sequence[jax.Array],
-        velocity: jax.Array,
-        commanded: jax.Array,
-        gain_s: jax.Array,
-        *,
-        lag_per_s: jax.Array,
-    ) -> tuple[jax.Array, jax.Array, jax.Array]:
-        """Return the rates of a foothold, pace and lag along an axis."""
-        place, pace, lag = state
-        goal = raibert_placement(velocity, pace, stance_s, gain_s)
-        goal = jnp.clip(goal, -self.reach_m, self.reach_m)
-        standing = -(pace + lag_per_s * lag)
         most = self.most_m_per_s2
-        return (
-            jnp.where(sine > 0.0, approach * (goal - place), standing),
-            jnp.clip((commanded - pace) / self.settle_s, -most, most),
-            pace - velocity,
-        )
+        moves, speeds, lags = list[jax.Array](), list[jax.Array](), list[jax.Array]()
+        for axis, gain_s, (place, pace, lag) in (
+            ("x", weights[0], state[1::2]),
+            ("y", weights[1], state[2::2]),
+        ):
+            velocity, commanded = signals[f"odometry_{axis}"], signals[f"commanded_{axis}"]
+            goal = raibert_placement(velocity, pace, stance_s, gain_s)
+            goal = jnp.clip(goal, -self.reach_m, self.reach_m)
+            standing = -(pace + weights[2] * lag)
+            moves.append(jnp.where(sine > 0.0, approach * (goal - place), standing))
+            speeds.append(jnp.clip((commanded - pace) / self.settle_s, -most, most))
+            lags.append(pace - velocity)
+        return FootholdState(rate, *moves, *speeds, *lags)
 
     def phase(self, state: FootholdState) -> jax.Array:
         """φ [rad]."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -163,11 +164,13 @@ _Rate = Callable[[StateTree, PerLimb, PerLimb], StateTree]
 
 
 def _rate_of(oscillator: Oscillator, initial: jax.Array) -> _Rate:
-    """Return its rate as the integrators call it, with weights if it has some."""
+    """Return its rate as the integrators call it, with weights and signals if it has some."""
 
     def rate(state: StateTree, omega: PerLimb, feedback: PerLimb) -> StateTree:
         weights = tuple(jnp.full((LANES,), weight, omega.dtype) for weight in initial)
-        return oscillator.rate(state, omega, feedback, *((weights,) if weights else ()))
+        values = {name: jnp.full((LANES,), 0.5, omega.dtype) for name in oscillator.READS}
+        felt: dict[str, Any] = {"signals": _DeclaredSignals(values, {})} if values else {}
+        return oscillator.rate(state, omega, feedback, *((weights,) if weights else ()), **felt)
 
     return rate
 

@@ -90,6 +90,17 @@ void @prefix@_loads(float joints[@PREFIX@_LIMBS][@PREFIX@_JOINTS],
     float torques[@PREFIX@_LIMBS][@PREFIX@_JOINTS], float loads_n[@PREFIX@_LIMBS]);
 
 % end has_legs
+% has_odometry
+/** Command the robot: forward and to the left [m/s], and turning to the left [rad/s]. */
+void @prefix@_command(@prefix@_inputs *in, float forward, float left, float yaw_rate);
+
+/** Leg odometry: the velocity of the trunk over every foot, from the joints, their rates [rad/s],
+    the loads of the feet, and a gyroscope in the axes of the trunk [rad/s]. */
+void @prefix@_odometry(@prefix@_inputs *in, float joints[@PREFIX@_LIMBS][@PREFIX@_JOINTS],
+    float rates[@PREFIX@_LIMBS][@PREFIX@_JOINTS], float loads_n[@PREFIX@_LIMBS],
+    const float turning[3]);
+
+% end has_odometry
 % has_action
 /** The action of a limb at a force, as the wiring of the training has it: rest + (push - rest)
     force / alpha. */
