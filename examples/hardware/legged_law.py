@@ -42,14 +42,14 @@ class Law:
         self.c.tegotae_loads(*map(pointer, inputs), pointer(loads))
         return dict(zip((f"{foot}_estimated_force" for foot in self.feet), loads, strict=True))
 
-    def command(self, forward, left, yaw_rate):
+    def command(self, forward, sideways, yaw_rate):
         """Command a law that takes commands: m/s, m/s and rad/s."""
         self.c.tegotae_command(
-            pointer(self.inputs), *map(ctypes.c_float, (forward, left, yaw_rate))
+            pointer(self.inputs), *map(ctypes.c_float, (forward, sideways, yaw_rate))
         )
 
     def odometry(self, angles, rates, loads_n, turning):
-        """What came of it, from joints, their rates, the loads and a gyroscope."""
+        """Set the velocity that came of it, from joints, their rates, the loads and a gyroscope."""
         measured = [np.array(x, np.float32) for x in (angles, rates, loads_n, turning)]
         self.c.tegotae_odometry(pointer(self.inputs), *map(pointer, measured))
 

@@ -58,7 +58,7 @@ TRAINED: tuple[tuple[Condition, tuple[Command, ...]], ...] = (
 TRAINED_S = 7.0
 """Duration of an episode of the search [s]; a push is at 5 s."""
 POPULATION, GENERATIONS = 12, 24
-"""Of CMA-ES: 3168 episodes of 7 s, one start a generation."""
+"""Size of CMA-ES: 3168 episodes of 7 s, one start a generation."""
 PRICE = 0.05
 """Weight of the cost of transport in the fitness, at most 4."""
 

@@ -112,23 +112,23 @@ def walks(
     course.close()
     w, x, y, z = np.moveaxis(quaternion, -1, 0)
     heading = np.unwrap(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)), axis=0)
-    asked = np.linalg.norm(commands[:, :2], axis=1)
+    speed = np.linalg.norm(commands[:, :2], axis=1)
     time_s = course.step_s * (np.arange(steps) + 1.0)
     direction = time_s[1:, None] * commands[:, 2] + np.arctan2(commands[:, 1], commands[:, 0])
     moved = np.diff(place, axis=0)
     along = (moved[..., 0] * np.cos(direction) + moved[..., 1] * np.sin(direction)).sum(axis=0)
-    distance, turn = asked * seconds, commands[:, 2] * seconds
+    distance, turn = speed * seconds, commands[:, 2] * seconds
     turned = heading[-1] - heading[0]
     only = np.where(alive, 1.0, np.nan)
 
-    def share(value: np.ndarray, of: np.ndarray) -> np.ndarray:
-        return np.where(of != 0.0, value / np.where(of != 0.0, of, 1.0), np.nan) * only
+    def share(value: np.ndarray, whole: np.ndarray) -> np.ndarray:
+        return np.where(whole != 0.0, value / np.where(whole != 0.0, whole, 1.0), np.nan) * only
 
-    weight_n = np.where(asked > 0.0, course.weight_n * np.maximum(along, 1e-2), 0.0)
+    weight_n = np.where(speed > 0.0, course.weight_n * np.maximum(along, 1e-2), 0.0)
     return Walks(
         lasted=lasted / steps,
         followed=share(along, distance),
-        astray_m=np.where(asked > 0.0, np.nan, np.hypot(*(place[-1] - place[0]).T)) * only,
+        astray_m=np.where(speed > 0.0, np.nan, np.hypot(*(place[-1] - place[0]).T)) * only,
         heading_error_rad=(turned - turn) * only,
         turned=share(turned, turn),
         cost_of_transport=share(course.seen[:, work], weight_n),
@@ -154,15 +154,15 @@ def fitness(candidates: np.ndarray, start: int) -> np.ndarray:
 
 def _error(*errors: np.ndarray) -> np.ndarray:
     """Return the size of the first error that is known, at most 1."""
-    known = errors[0]
+    size = errors[0]
     for error in errors[1:]:
-        known = np.where(np.isnan(known), error, known)
-    return np.minimum(np.abs(np.nan_to_num(known, nan=1.0)), 1.0)
+        size = np.where(np.isnan(size), error, size)
+    return np.minimum(np.abs(np.nan_to_num(size, nan=1.0)), 1.0)
 
 
 def tune() -> None:
     """Tune the law by CMA-ES from the plan's weights, and keep it."""
-    names = [path[-1] for path in wiring().controller.weight_names]
+    names = [str(path[-1]) for path in wiring().controller.weight_names]
     middle = np.array([1.0, *(plan.START[name] for name in names)])
     scale = np.array([0.1, *(plan.SCALES[name] for name in names)])
     place = output_folder(ROOT / "runs" / "commands") / "tune.pickle"
@@ -183,8 +183,8 @@ def tune() -> None:
         print(f"{generation}: {scores.mean():.3f}, best {scores.max():.3f}", flush=True)
         leaves = [np.asarray(leaf) for leaf in jax.tree.leaves(state)]
         write_atomically(place, pickle.dumps((history, leaves)))
-    found = middle + scale * np.asarray(search.get_mean(state), float)
-    keep(found)
+    tuned = middle + scale * np.asarray(search.get_mean(state), float)
+    keep(tuned)
 
 
 def keep(numbers: np.ndarray) -> None:
@@ -227,7 +227,7 @@ def report() -> None:
     """Write the tables of the page from the kept rows."""
     rows = ROWS.read()
     rows["fell"] = rows.lasted < 1.0
-    undisturbed = rows[rows.condition == next(iter(plan.CONDITIONS))]
+    undisturbed = rows.query(f"condition == {next(iter(plan.CONDITIONS))!r}")
     write_text(plan.FOLDER / "commands.md", table_of(undisturbed, "command", plan.COMMANDS))
     write_text(plan.FOLDER / "conditions.md", table_of(rows, "condition", plan.CONDITIONS))
 
@@ -237,12 +237,12 @@ def table_of(rows: pd.DataFrame, column: str, names: Iterable[str]) -> str:
     head = ["displacement / asked", "turned / asked", "from its place [m]", "heading error [rad]"]
     lines = [[column, "falls", *head, "CoT"]]
     for name in names:
-        each = rows[rows[column] == name]
-        off = each.assign(error=each.heading_error_rad.abs())[
+        group = rows[rows[column] == name]
+        means = group.assign(error=group.heading_error_rad.abs())[
             ["followed", "turned", "astray_m", "error", "cost_of_transport"]
         ].mean()
-        cells = ["–" if np.isnan(x) else f"{x:.2f}" for x in off]
-        lines.append([name, f"{int(each.fell.sum())} of {len(each)}", *cells])
+        cells = ["–" if np.isnan(x) else f"{x:.2f}" for x in means]
+        lines.append([name, f"{int(group.fell.sum())} of {len(group)}", *cells])
     return markdown_table(lines)
 
 

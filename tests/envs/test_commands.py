@@ -13,7 +13,7 @@ import mujoco
 from jointed import jointed_robot
 from places import ROOT
 from refusals import refused
-from tegotae.envs.command import Command, CommandSchedule, over_feet
+from tegotae.envs.command import CommandSchedule, VelocityCommand, over_feet
 from tegotae.envs.mujoco.env import ModelEnv, ModelLanes
 from tegotae.envs.mujoco.legs import legs_of
 from tegotae.envs.mujoco.settings import ModelSettings
@@ -39,14 +39,16 @@ def test_a_foot_that_stands_tells_the_velocity_of_the_trunk(kind):
     moved = draw.uniform(-0.2, 0.2, legs.start.shape)
     data.qpos[model.jnt_qposadr[legs.joints]] = legs.start + moved
     rates, turning = draw.normal(size=legs.start.shape), draw.normal(size=3)
-    told = legs.trunk_velocities_m_per_s((legs.start + moved)[None], rates[None], turning[None])[0]
+    expected = legs.trunk_velocities_m_per_s(
+        (legs.start + moved)[None], rates[None], turning[None]
+    )[0]
     step_s = 1e-4
-    before, after = (
+    earlier, later = (
         legs.places_of((legs.start + moved + sign * step_s * rates)[None])[0] + legs.feet_m
         for sign in (-1.0, 1.0)
     )
-    foot = 0.5 * (before + after)
-    at_foot = told + np.cross(turning, foot) + (after - before) / (2.0 * step_s)
+    foot = 0.5 * (earlier + later)
+    at_foot = expected + np.cross(turning, foot) + (later - earlier) / (2.0 * step_s)
     assert at_foot == pytest.approx(np.zeros_like(at_foot), abs=5e-3)
 
 
@@ -69,14 +71,14 @@ def test_a_trunk_that_turns_has_other_velocities_over_its_feet():
 
 def test_a_robot_with_commands_observes_what_its_feet_are_told_and_another_one_does_not():
     env = ModelEnv(HEXAPOD)
-    seen = dict(zip(env.observation_names, env.reset(seed=0)[0], strict=True))
+    observed = dict(zip(env.observation_names, env.reset(seed=0)[0], strict=True))
     legs = env.sensing.legs
-    told = over_feet(np.array([HEXAPOD.command]), legs.feet_m[:, :2])[0]
-    for foot, velocity in zip(legs.feet, told, strict=True):
-        assert [seen[f"{foot}_commanded_{axis}"] for axis in "xy"] == pytest.approx(velocity)
-        assert abs(seen[f"{foot}_odometry_x"]) < 0.05
-    assert seen["commanded_speed"] == pytest.approx(np.linalg.norm(told, axis=1).max())
-    assert seen["commanded_yaw_rate"] == 0.5
+    expected = over_feet(np.array([HEXAPOD.command]), legs.feet_m[:, :2])[0]
+    for foot, velocity in zip(legs.feet, expected, strict=True):
+        assert [observed[f"{foot}_commanded_{axis}"] for axis in "xy"] == pytest.approx(velocity)
+        assert abs(observed[f"{foot}_odometry_x"]) < 0.05
+    assert observed["commanded_speed"] == pytest.approx(np.linalg.norm(expected, axis=1).max())
+    assert observed["commanded_yaw_rate"] == 0.5
     names = env.observation_names
     env.close()
     plain = ModelEnv(dataclasses.replace(HEXAPOD, command=()))
@@ -99,10 +101,10 @@ def test_odometry_is_the_velocity_of_a_robot_that_is_dragged_over_its_standing_f
         action[0::3] = 0.01 - speed * env.dt * k
         rows.append(env.step(action)[0])
     env.close()
-    seen = np.array(rows)[20:].mean(axis=0)
-    told = np.mean([seen[names.index(f"{foot}_odometry_x")] for foot in HEXAPOD.feet])
-    assert told == pytest.approx(seen[names.index("root_speed")], rel=0.1)
-    assert told == pytest.approx(speed, rel=0.2)
+    observed = np.array(rows)[20:].mean(axis=0)
+    expected = np.mean([observed[names.index(f"{foot}_odometry_x")] for foot in HEXAPOD.feet])
+    assert expected == pytest.approx(observed[names.index("root_speed")], rel=0.1)
+    assert expected == pytest.approx(speed, rel=0.2)
 
 
 def test_commands_hold_from_their_time_on_and_come_from_a_file(tmp_path):
@@ -110,25 +112,29 @@ def test_commands_hold_from_their_time_on_and_come_from_a_file(tmp_path):
     file.write_text(
         "time_s,forward_m_per_s,left_m_per_s,yaw_rate_rad_per_s\n0,0.6,0,0\n2,0,0,0.5\n"
     )
-    schedule = CommandSchedule.of(str(file))
-    at = schedule.at(np.array([0.0, 1.99, 2.0, 50.0]))
-    assert at.tolist() == [[0.6, 0, 0], [0.6, 0, 0], [0, 0, 0.5], [0, 0, 0.5]]
-    command = Command(forward_m_per_s=0.6)
-    assert CommandSchedule.of(command).at(np.zeros(1)).tolist() == [[0.6, 0.0, 0.0]]
+    schedule = CommandSchedule.from_command(str(file))
+    numbers = schedule.commands_at(np.array([0.0, 1.99, 2.0, 50.0]))
+    assert numbers.tolist() == [[0.6, 0, 0], [0.6, 0, 0], [0, 0, 0.5], [0, 0, 0.5]]
+    command = VelocityCommand(forward_m_per_s=0.6)
+    assert CommandSchedule.from_command(command).commands_at(np.zeros(1)).tolist() == [
+        [0.6, 0.0, 0.0]
+    ]
 
 
 def test_lanes_have_commands_of_their_own():
     schedule = CommandSchedule(np.zeros(1), np.array([[[0.1, 0.0, 0.0], [0.0, 0.2, 0.0]]]))
     lanes = ModelLanes(HEXAPOD, 2, threads=1, schedule=schedule)
-    seen = lanes.reset(0, np.ones(2, bool))
-    assert seen[:, lanes.names.index("commanded_forward")].tolist() == [0.1, 0.0]
-    assert seen[:, lanes.names.index("commanded_left")].tolist() == [0.0, 0.2]
+    observed = lanes.reset(0, np.ones(2, bool))
+    assert observed[:, lanes.names.index("commanded_forward")].tolist() == [0.1, 0.0]
+    assert observed[:, lanes.names.index("commanded_left")].tolist() == [0.0, 0.2]
     lanes.close()
 
 
 def test_a_heading_is_turned_to_the_shorter_way_and_not_too_fast():
-    assert Command.to_heading(3.0, -3.0).yaw_rate_rad_per_s == pytest.approx(-0.56637, abs=1e-4)
-    assert Command.to_heading(2.0, 0.0, forward_m_per_s=0.5).numbers == (0.5, 0.0, 1.0)
+    assert VelocityCommand.to_heading(3.0, -3.0).yaw_rate_rad_per_s == pytest.approx(
+        -0.56637, abs=1e-4
+    )
+    assert VelocityCommand.to_heading(2.0, 0.0, forward_m_per_s=0.5).numbers == (0.5, 0.0, 1.0)
 
 
 @pytest.mark.parametrize(
@@ -141,7 +147,7 @@ def test_a_heading_is_turned_to_the_shorter_way_and_not_too_fast():
     ],
 )
 def test_commands_that_are_none_are_refused(command, message):
-    refused(message, CommandSchedule.of, command)
+    refused(message, CommandSchedule.from_command, command)
 
 
 @pytest.mark.parametrize(
@@ -162,7 +168,7 @@ def test_a_file_that_is_no_table_of_commands_is_refused(text, message, tmp_path)
     )
     file = tmp_path / "path.csv"
     file.write_text(head + text)
-    refused(message, CommandSchedule.of, file)
+    refused(message, CommandSchedule.from_command, file)
 
 
 def test_a_command_needs_legs():
@@ -176,14 +182,14 @@ def test_displacement_counts_along_the_commanded_path_and_turning_as_the_gyrosco
     """A circle at 1 m/s and 0.5 rad/s; a robot that turns away goes on along its tangent."""
     step_s, rate = 0.01, 0.5
     time_s = step_s * np.arange(1, 401)
-    zero, one = np.zeros_like(time_s), np.ones_like(time_s)
+    zero, unit = np.zeros_like(time_s), np.ones_like(time_s)
     columns = {
-        "commanded_forward": one,
+        "commanded_forward": unit,
         "commanded_left": zero,
-        "commanded_yaw_rate": rate * one,
+        "commanded_yaw_rate": rate * unit,
         "root_forward": share * np.sin(rate * time_s) / rate,
         "root_left": share * (1.0 - np.cos(rate * time_s)) / rate,
-        "root_yaw_rate": (rate + off) * one,
+        "root_yaw_rate": (rate + off) * unit,
     }
     episode = RobotEpisode(
         time_s=time_s,

@@ -19,11 +19,11 @@ OMEGA = 10.0
 
 def walked(clock, *, velocity, commanded, weights=(0.1, 0.2, 0.0), seconds=4.0, omega=OMEGA):
     """States of a leg at all ticks, whose body has a velocity and a command, x and y each."""
-    felt = dict(zip(clock.READS, map(jnp.asarray, (*velocity, *commanded)), strict=True))
+    sensed = dict(zip(clock.READS, map(jnp.asarray, (*velocity, *commanded)), strict=True))
     weights = tuple(jnp.float32(x) for x in weights)
 
     def tick(state, _):
-        rate = clock.rate(state, omega, 0.0, weights, signals=Signals(felt))
+        rate = clock.rate(state, omega, 0.0, weights, signals=Signals(sensed))
         state = clock.settle(jax.tree.map(lambda x, dx: x + TICK_S * dx, state, rate))
         return state, state
 
@@ -83,25 +83,25 @@ def test_a_command_is_approached_no_faster_than_the_leg_may():
 def test_a_placed_foot_is_lifted_in_swing_and_levels_its_corner_of_the_torso():
     foot = PlacedFoot()
     tilt = dict(zip(foot.TILT, jnp.array([0.1, 0.2, -0.3, 0.4]), strict=True))
-    felt = {"foothold_x": jnp.array(0.05), "foothold_y": jnp.array(-0.02), **tilt}
+    sensed = {"foothold_x": jnp.array(0.05), "foothold_y": jnp.array(-0.02), **tilt}
     weights = jnp.array([0.08, 0.01, 0.02, 1.0, 0.5, 0.2, 0.1])
     for sine, lift in ((0.5, 0.04), (-0.5, 0.0)):
-        ahead, up, left = foot(weights, Signals({**felt, "sin_phase": jnp.array(sine)}))
+        ahead, up, left = foot(weights, Signals({**sensed, "sin_phase": jnp.array(sine)}))
         assert (ahead, left) == (pytest.approx(0.06), pytest.approx(-0.02))
         assert up == pytest.approx(0.02 + lift + 0.1 + 0.1 - 0.06 + 0.04)
 
 
 def test_a_leg_in_si_does_the_same_in_proportion():
     units = Units(length_m=0.5, time_s=0.25)
-    own = walked(CLOCK, velocity=(0.5, 0.1), commanded=(0.6, 0.0), weights=(0.1, 0.2, 1.0))
+    reference = walked(CLOCK, velocity=(0.5, 0.1), commanded=(0.6, 0.0), weights=(0.1, 0.2, 1.0))
     ticks = 400
 
     clock, speed = ScaledOscillator(CLOCK, units), units.value_of("odometry_x")
-    felt = dict(zip(CLOCK.READS, speed * jnp.array([0.5, 0.1, 0.6, 0.0]), strict=True))
+    sensed = dict(zip(CLOCK.READS, speed * jnp.array([0.5, 0.1, 0.6, 0.0]), strict=True))
     weights = tuple(jnp.float32(x) for x in (0.1, 0.2, 1.0))
     state = clock.start(jnp.float32(0.0))
     for _ in range(ticks):
-        rate = clock.rate(state, OMEGA / 0.25, 0.0, weights, signals=Signals(felt))
+        rate = clock.rate(state, OMEGA / 0.25, 0.0, weights, signals=Signals(sensed))
         state = clock.settle(jax.tree.map(lambda x, dx: x + 0.25 * TICK_S * dx, state, rate))
-    expected = [x[ticks - 1] for x in own]
+    expected = [x[ticks - 1] for x in reference]
     assert [float(x) for x in state] == pytest.approx(expected, rel=1e-3, abs=1e-5)

@@ -21,7 +21,7 @@ _TURN_RAD_PER_S = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Command(Part):
+class VelocityCommand(Part):
     """Velocity that a robot is to have, in the axes of its trunk.
 
     Args:
@@ -33,7 +33,7 @@ class Command(Part):
         TegotaeError: for what is no finite number.
 
     Example:
-        >>> Command(forward_m_per_s=0.6, yaw_rate_rad_per_s=0.3).numbers
+        >>> VelocityCommand(forward_m_per_s=0.6, yaw_rate_rad_per_s=0.3).numbers
         (0.6, 0.0, 0.3)
     """
 
@@ -47,7 +47,7 @@ class Command(Part):
         return self.forward_m_per_s, self.left_m_per_s, self.yaw_rate_rad_per_s
 
     @classmethod
-    def to_heading(cls, heading_rad: float, current_rad: float, **speeds: float) -> Command:
+    def to_heading(cls, heading_rad: float, current_rad: float, **speeds: float) -> VelocityCommand:
         """Return the command that turns to a heading, at most by 1 rad/s.
 
         Args:
@@ -56,7 +56,7 @@ class Command(Part):
             speeds: `forward_m_per_s` and `left_m_per_s`.
 
         Example:
-            >>> Command.to_heading(0.3, 0.1, forward_m_per_s=0.6).numbers
+            >>> VelocityCommand.to_heading(0.3, 0.1, forward_m_per_s=0.6).numbers
             (0.6, 0.0, 0.4)
         """
         error = math.remainder(heading_rad - current_rad, 2.0 * math.pi)
@@ -74,8 +74,8 @@ class CommandSchedule:
             [commands, lanes, 3].
 
     Example:
-        >>> schedule = CommandSchedule.of([0.6, 0.0, 0.3])
-        >>> schedule.at(np.array([5.0])).tolist()
+        >>> schedule = CommandSchedule.from_command([0.6, 0.0, 0.3])
+        >>> schedule.commands_at(np.array([5.0])).tolist()
         [[0.6, 0.0, 0.3]]
     """
 
@@ -83,11 +83,13 @@ class CommandSchedule:
     numbers: np.ndarray
 
     @classmethod
-    def of(cls, command: Sequence[float] | str | Path | Command) -> CommandSchedule:
+    def from_command(
+        cls, command: Sequence[float] | str | Path | VelocityCommand
+    ) -> CommandSchedule:
         """Return the schedule of one command, or of a CSV file of them.
 
         Args:
-            command: a `Command`; forward, left [m/s] and yaw rate [rad/s]; or a file with the
+            command: a `VelocityCommand`; its three numbers; or a file with the
                 columns `time_s`, `forward_m_per_s`, `left_m_per_s` and `yaw_rate_rad_per_s`.
 
         Raises:
@@ -95,7 +97,7 @@ class CommandSchedule:
         """
         if isinstance(command, str | Path):
             return cls._of_file(Path(command))
-        numbers = command.numbers if isinstance(command, Command) else tuple(command)
+        numbers = command.numbers if isinstance(command, VelocityCommand) else tuple(command)
         if len(numbers) != 3:
             raise TegotaeError(
                 f"command is {numbers!r}; it must be three numbers, forward, left [m/s] and yaw "
@@ -127,7 +129,7 @@ class CommandSchedule:
             raise TegotaeError(f"{path}: time_s begins at {time_s[0]:g}; it must begin at 0")
         return cls(time_s, table[:, None, 1:])
 
-    def at(self, time_s: np.ndarray) -> np.ndarray:
+    def commands_at(self, time_s: np.ndarray) -> np.ndarray:
         """Return the commands at times [s], [lanes]: forward, left and yaw rate, [lanes, 3]."""
         row = np.searchsorted(self.time_s, time_s, side="right") - 1
         lane = np.arange(len(row)) % self.numbers.shape[1]
@@ -148,6 +150,6 @@ def over_feet(velocity: np.ndarray, feet_m: np.ndarray) -> np.ndarray:
         >>> over_feet(np.array([[0.5, 0.0, 1.0]]), np.array([[0.2, 0.1]])).round(3).tolist()
         [[[0.4, 0.2]]]
     """
-    ahead, left = feet_m.T
+    ahead, beside = feet_m.T
     forward, aside, turning = velocity.T[:, :, None]
-    return np.stack([forward - turning * left, aside + turning * ahead], axis=-1)
+    return np.stack([forward - turning * beside, aside + turning * ahead], axis=-1)

@@ -316,8 +316,8 @@ class Controller(Part):
             feedback = feedback + self.coupling(weights[self.unit_weights :], signals)
         learned = self.layout.get("oscillator")
         arguments = () if learned is None else (weights[learned],)
-        felt: dict[str, Any] = {"signals": signals} if self.oscillator.READS else {}
-        return self.oscillator.rate(oscillator, omega, feedback, *arguments, **felt)
+        sensed: dict[str, Any] = {"signals": signals} if self.oscillator.READS else {}
+        return self.oscillator.rate(oscillator, omega, feedback, *arguments, **sensed)
 
 
 def _names(part: Term | Oscillator) -> tuple[WeightName, ...]:

@@ -88,10 +88,14 @@ class ScaledOscillator(OscillatorWrapper):
         assert signals is not None
         units, arguments = self.units, (weights,) if self.inner.n_weights else ()
         values = {name: signals[name] / units.value_of(name) for name in self.inner.READS}
-        frequency, felt = units.time_s * omega, units.time_s * feedback
+        frequency, input_rate = units.time_s * omega, units.time_s * feedback
         sensed: dict[str, Any] = {"signals": Signals(values)}
-        rate = self.inner.rate(state, frequency, felt, *arguments, **sensed)
-        return jax.tree.map(lambda x: x / units.time_s, rate)
+        rate = self.inner.rate(state, frequency, input_rate, *arguments, **sensed)
+
+        def per_second(x: jax.Array) -> jax.Array:
+            return x / units.time_s
+
+        return jax.tree.map(per_second, rate)
 
     def decay_per_s(self, omega: float) -> float:
         """Return the decay rate of the oscillator [1/s]."""

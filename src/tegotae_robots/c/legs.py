@@ -34,9 +34,9 @@ def leg_pieces(legs: LegKinematics, *, odometry: bool = False) -> list[Piece]:
         Chains,
         borne,
         direct,
+        foot_velocities,
         has_closed_form,
         kinematics,
-        moving,
         nearer,
     )
 
@@ -71,20 +71,20 @@ def leg_pieces(legs: LegKinematics, *, odometry: bool = False) -> list[Piece]:
         return borne(*state)[2]
 
     def motion(chains: Chains, moved: Any, rates: Any) -> list[Any]:
-        return [*kinematics(chains, moved)[0], *moving(chains, moved, rates)]
+        return [*kinematics(chains, moved)[0], *foot_velocities(chains, moved, rates)]
 
     joints = [f"joint_{k}" for k in range(n)]
     in_closed_form = "Joints in closed form, and 1 if they need no further step."
     step = "Joints one step nearer to where they put the foot: damped least squares."
     upward = "The ground's upward force on the foot, that holds a leg without mass."
     moves = [f"{quantity}_{axis}" for quantity in ("foot", "velocity") for axis in "xyz"]
-    told = "The foot's place and velocity in the axes of the trunk, over the leg's length."
+    description = "The foot's place and velocity in the axes of the trunk, over the leg's length."
     start = ("direct", closed, ("wanted",), [*joints, "there"], in_closed_form)
     return [
         *([piece(*start)] if has_closed_form(legs.chains) else []),
         piece("nearer", nearer, ("wanted", "moved"), joints, step),
         piece("load", load, ("moved", "torque"), ["upward"], upward),
-        *([piece("motion", motion, ("moved", "rates"), moves, told)] if odometry else []),
+        *([piece("motion", motion, ("moved", "rates"), moves, description)] if odometry else []),
     ]
 
 

@@ -205,8 +205,8 @@ class TracedTick:
             for pull in pulls:
                 feedback = feedback + pull
             oscillator_state, arguments = self._from_leaves(state), (weights,) if weights else ()
-            felt: dict[str, Any] = {"signals": Signals(values)} if values else {}
-            rate = oscillator.rate(oscillator_state, omega, feedback, *arguments, **felt)
+            sensed: dict[str, Any] = {"signals": Signals(values)} if values else {}
+            rate = oscillator.rate(oscillator_state, omega, feedback, *arguments, **sensed)
             return read_off(held(oscillator_state, rate, tick))
 
         return self._trace(

@@ -225,8 +225,8 @@ class LiveController:
         numbers = {name: x for name, x in locals().items() if name != "self"}
         for name, number in numbers.items():
             require_finite(name, number)
-        ahead, left = np.array(self._native.feet_m).T
-        x = forward_m_per_s - yaw_rate_rad_per_s * left
+        ahead, beside = np.array(self._native.feet_m).T
+        x = forward_m_per_s - yaw_rate_rad_per_s * beside
         y = left_m_per_s + yaw_rate_rad_per_s * ahead
         speed = float(np.hypot(x, y).max())
         self._commanded = {"commanded_x": x, "commanded_y": y, "commanded_speed": speed}

@@ -275,7 +275,7 @@ def borne(
     return _damped(columns, _DAMPED, reduce(_Vector.plus, pushed))
 
 
-def moving(
+def foot_velocities(
     chains: Chains, moved: Sequence[AnyArray], rates: Sequence[AnyArray]
 ) -> tuple[Any, Any, Any]:
     """Velocities of feet in the axes of the trunk, J q̇, x, y and z, [legs, lanes] each.

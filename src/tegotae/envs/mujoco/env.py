@@ -243,7 +243,7 @@ class ModelLanes:
         self.names, self._feet_m = (*names, "work"), np.zeros((0, 2))
         if settings.command:
             assert self.sensing.legs is not None
-            self._schedule = schedule or CommandSchedule.of(settings.command)
+            self._schedule = schedule or CommandSchedule.from_command(settings.command)
             self._feet_m, feet = self.sensing.legs.feet_m[:, :2], self.sensing.feet
             over = [f"{foot}_commanded_{axis}" for foot in feet for axis in AXES[:2]]
             self.names = (*self.names, *over, "commanded_speed", *COMMANDED)
@@ -301,7 +301,7 @@ class ModelLanes:
         """Return the observations with work and commands."""
         columns = [observation, self.batch.work_j[:, None]]
         if len(self._feet_m):
-            command = self._schedule.at(self._done * self.batch.step_s)
+            command = self._schedule.commands_at(self._done * self.batch.step_s)
             over = over_feet(command, self._feet_m)
             fastest = np.linalg.norm(over, axis=-1).max(axis=1, keepdims=True)
             columns += [over.reshape(self.lanes, -1), fastest, command]

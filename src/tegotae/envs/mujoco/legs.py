@@ -17,7 +17,7 @@ from tegotae._support import compiled
 from tegotae._support.engines import NATIVE, selected
 from tegotae._support.errors import TegotaeError, require
 from tegotae.envs._types import MjData, MjModel
-from tegotae.envs.mujoco.chains import Chains, borne, kinematics, moving, solved
+from tegotae.envs.mujoco.chains import Chains, borne, foot_velocities, kinematics, solved
 from tegotae.envs.mujoco.rigid_legs import require_open_chains, require_stiff
 from tegotae.envs.scaling import chain_of, foot_of, foot_place, lowest, started
 
@@ -392,7 +392,7 @@ def _borne(chains: Chains, arrays: Mapping[str, jax.Array]) -> jax.Array:
 def _moving(chains: Chains, arrays: Mapping[str, jax.Array]) -> jax.Array:
     """Return the velocities of feet, [3, legs, lanes], from joints and rates, [joints, ...]."""
     rates = _rows(chains, arrays["rates"])
-    return jnp.stack(moving(chains, _rows(chains, arrays["moved"]), rates))
+    return jnp.stack(foot_velocities(chains, _rows(chains, arrays["moved"]), rates))
 
 
 def _rows(chains: Chains, array: jax.Array) -> list[jax.Array]:

@@ -218,10 +218,10 @@ def leg_odometry(
     Returns:
         Forward and to the left in the axes of the trunk [m/s], [lanes, legs, 2].
     """
-    told = legs.trunk_velocities_m_per_s(joints, rates, turning)
+    estimates = legs.trunk_velocities_m_per_s(joints, rates, turning)
     share = (load / np.maximum(load.max(axis=-1, keepdims=True), 1e-9)) ** 4
     share /= np.maximum(share.sum(axis=-1, keepdims=True), 1e-9)
-    trunk = (share[..., None] * told[..., :2]).sum(axis=-2)
+    trunk = (share[..., None] * estimates[..., :2]).sum(axis=-2)
     return over_feet(np.concatenate([trunk, turning[..., 2:]], axis=-1), legs.feet_m[:, :2])
 
 

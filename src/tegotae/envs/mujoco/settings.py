@@ -107,7 +107,7 @@ class ModelSettings(Part):
         if self.command:
             if not self.legs:
                 raise TegotaeError("command is of a robot whose feet are commanded; add legs=true")
-            CommandSchedule.of(self.command)
+            CommandSchedule.from_command(self.command)
         if self.servo_damping_nms_per_rad and not self.servo_nm_per_rad:
             raise TegotaeError(
                 f"servo_damping_nms_per_rad is {self.servo_damping_nms_per_rad:g}, of servos that "

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 
 from tegotae.parts import maths
-from tegotae.parts._shapes import AnyArray, PerLimb, Weights
+from tegotae.parts._shapes import Numeric, PerLimb, Weights
 from tegotae.parts.oscillators.base import Oscillator
 from tegotae.parts.parameters import positive
 from tegotae.parts.terms.base import Signals
@@ -22,7 +22,7 @@ _SLOWEST = 0.1
 
 
 def raibert_placement(
-    velocity: AnyArray, commanded: AnyArray, stance_s: AnyArray, gain_s: AnyArray
+    velocity: Numeric, commanded: Numeric, stance_s: Numeric, gain_s: Numeric
 ) -> jax.Array:
     """Return where a foot shall touch down from its place under the hip [m]:
 

@@ -169,8 +169,8 @@ def _rate_of(oscillator: Oscillator, initial: jax.Array) -> _Rate:
     def rate(state: StateTree, omega: PerLimb, feedback: PerLimb) -> StateTree:
         weights = tuple(jnp.full((LANES,), weight, omega.dtype) for weight in initial)
         values = {name: jnp.full((LANES,), 0.5, omega.dtype) for name in oscillator.READS}
-        felt: dict[str, Any] = {"signals": _DeclaredSignals(values, {})} if values else {}
-        return oscillator.rate(state, omega, feedback, *((weights,) if weights else ()), **felt)
+        sensed: dict[str, Any] = {"signals": _DeclaredSignals(values, {})} if values else {}
+        return oscillator.rate(state, omega, feedback, *((weights,) if weights else ()), **sensed)
 
     return rate
 
