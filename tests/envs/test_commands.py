@@ -20,7 +20,7 @@ from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.measures.robots import RobotEpisode, episode_numbers
 
 HEXAPOD = ModelSettings(
-    model=ROOT / "examples" / "robots" / "hexapod.xml",
+    model=ROOT / "src" / "tegotae_robots" / "examples" / "hexapod.xml",
     feet=[f"{leg}_foot" for leg in ("LF", "LM", "LH", "RF", "RM", "RH")],
     legs=True,
     command=(0.2, -0.1, 0.5),
