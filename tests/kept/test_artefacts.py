@@ -16,7 +16,7 @@ _MADE = re.compile(
 """Files that programs make."""
 _WRITTEN = re.compile(
     r"^(examples|src/tegotae_robots/c/templates|tests/helpers|\.github)/|^research/paper/.*\.md$"
-    r"|^research/\w+/(\w+_)?page\.md$"
+    r"|^research/\w+/((\w+_)?page|plan)\.md$|^research/certificate/latch\.json$"
 )
 """Files of such names that are written by hand."""
 
