@@ -156,3 +156,11 @@ def pytest_sessionfinish(session):
 def study():
     """Import a module of `research`."""
     return lambda name: importlib.import_module(f"research.{name}")
+
+
+@pytest.fixture(scope="session")
+def built(tmp_path_factory) -> Path:
+    """A folder with a source distribution and a wheel, built once for all tests of a process."""
+    import distributions
+
+    return distributions.build(tmp_path_factory.mktemp("built"))

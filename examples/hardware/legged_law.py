@@ -14,11 +14,8 @@ class Law:
     def __init__(self, folder):
         folder = Path(folder)
         manifest = json.loads((folder / "tegotae.json").read_text())
-        self.limbs, self.tick_s, self.wired = (
-            manifest["limbs"],
-            manifest["tick_s"],
-            manifest["wired"],
-        )
+        self.limbs, self.tick_s = manifest["limbs"], manifest["tick_s"]
+        self.wired = manifest["wired"]
         self.joints = [name for leg in manifest["legs"] for name in leg["joints"]]
         self.feet = [leg["foot"] for leg in manifest["legs"]]
         self.axes = sum(output["name"].startswith("foot_") for output in manifest["outputs"])
@@ -42,22 +39,11 @@ class Law:
         self.c.tegotae_loads(*map(pointer, inputs), pointer(loads))
         return dict(zip((f"{foot}_estimated_force" for foot in self.feet), loads, strict=True))
 
-    def command(self, forward, sideways, yaw_rate):
-        """Command a law that takes commands: m/s, m/s and rad/s."""
-        self.c.tegotae_command(
-            pointer(self.inputs), *map(ctypes.c_float, (forward, sideways, yaw_rate))
-        )
-
-    def odometry(self, angles, rates, loads_n, turning):
-        """Set the velocity that came of it, from joints, their rates, the loads and a gyroscope."""
-        measured = [np.array(x, np.float32) for x in (angles, rates, loads_n, turning)]
-        self.c.tegotae_odometry(pointer(self.inputs), *map(pointer, measured))
-
     def step(self, felt, reach_m):
         """Angles of all joints [rad], from what is felt; feet go no further than the reach."""
         for k, signal in enumerate(self.senses):
             if signal.startswith(("commanded_", "odometry_")):
-                continue  # `command` and `odometry` set these
+                continue  # which a `CommandedLaw` sets
             for i, limb in enumerate(self.wired):
                 name = limb["senses"][signal]
                 self.inputs[k, i] = -felt[name[1:]] if name[0] == "-" else felt[name]

@@ -32,8 +32,8 @@ def test_the_page_has_the_references_and_entries_that_the_command_prints():
         assert reference.bibtex() in page
 
 
-def test_the_readme_names_the_software_and_the_paper_in_full():
-    assert SOFTWARE.text() in words("README.md")
+def test_the_readme_names_the_paper_in_full_and_the_command_that_cites_both():
+    assert "`tegotae cite` prints BibTeX for both." in words("README.md")
     assert PAPER.text().rstrip(".") in words("README.md").replace("*", "").replace(
         "Locomotion,", "Locomotion."
     )

@@ -43,7 +43,7 @@ def reader(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     for name in ("my_policy", "my_leg"):
         monkeypatch.delitem(sys.modules, name, raising=False)
-    for name in ("examples", "research"):
+    for name in ("examples", "research", "src"):
         (tmp_path / name).symlink_to(ROOT / name)
     time_s = np.arange(5000) / 500.0
     rows = np.stack([310.0 + 30.0 * np.sin(9.0 * time_s), 2.0 + np.cos(9.0 * time_s)], axis=-1)

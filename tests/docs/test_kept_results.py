@@ -94,7 +94,7 @@ def test_the_page_counts_the_outcomes_of_the_kept_effects(effects):
                 for is_both in (False, True)]  # fmt: skip
     assert (len(tallies), reproduced, opposite) == (53, 30, [10, 7])
     page = prose("reproduction/claims.md")
-    assert "of 53 statements, 50 can be measured: 30 are reproduced in some or all ways" in page
+    assert "of 53 statements, 50 can be measured. 30 are reproduced in at least one way and" in page
 
 
 def test_the_figure_has_a_row_for_every_claim_with_an_effect(effects):

@@ -98,7 +98,8 @@ def test_a_table_of_a_metric_that_is_not_registered_here_stays_readable(register
 
 def test_the_command_line_takes_a_users_metric_from_its_file(monkeypatch, capsys):
     def made_up(controller, weights, omega_t, body, protocol, metrics, **_):
-        episodes = {metric.name: np.array([[2.5]]) for metric in metrics}
+        names = [getattr(metric, "name", metric) for metric in metrics]
+        episodes = {name: np.array([[2.5]]) for name in names}
         return evaluation.Evaluation(protocol, np.array([8.0]), episodes)
 
     monkeypatch.setattr("tegotae.api.hopping.evaluate", made_up)

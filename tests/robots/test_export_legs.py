@@ -171,7 +171,7 @@ def test_a_law_goes_to_c_that_steps_aside_whose_stride_grows_or_that_is_wary_or_
     assert ("foot_y_m" in (tmp_path / "c" / "tegotae.h").read_text()) == (axes == 3)
     # The example of a node sends feet no further than their reach, to the side too.
     monkeypatch.syspath_prepend(ROOT / "examples" / "hardware")
-    node = importlib.import_module("legged_law").Law(tmp_path / "c")
+    node = importlib.import_module("commanded_law").CommandedLaw(tmp_path / "c")
     if name == "raibert":
         joints = np.zeros((4, len(node.joints) // 4))
         node.odometry(joints, joints, np.ones(4), np.zeros(3))

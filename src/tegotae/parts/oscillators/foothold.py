@@ -40,8 +40,8 @@ def raibert_placement(
     Reference: M. H. Raibert, Legged Robots That Balance (1986), equation 2.4.
 
     Example:
-        >>> float(raibert_placement(1.0, 0.5, 0.2, 0.1).round(3))
-        0.15
+        >>> print(f"{raibert_placement(1.0, 0.5, 0.2, 0.1):.3f} m")
+        0.150 m
     """
     return jnp.asarray(0.5 * stance_s * velocity + gain_s * (velocity - commanded))
 

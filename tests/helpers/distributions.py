@@ -1,21 +1,17 @@
-"""The distributions of the package, built once for all tests of the pages."""
+"""The distributions of the package."""
 
 import os
 import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 from places import ROOT
 
 BUILD = "from hatchling.build import *; build_sdist({0!r}); build_wheel({0!r})"
 
 
-@pytest.fixture(scope="session")
-def built(tmp_path_factory) -> Path:
-    """A folder with a source distribution and a wheel."""
-    folder = tmp_path_factory.mktemp("built")
+def build(folder: Path) -> Path:
+    """Return a folder with a source distribution and a wheel, within `folder`."""
     tools, dist = folder / "tools", folder / "dist"
     pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check", "install"]
     subprocess.run([*pip, "--target", tools, "hatchling"], check=True)
