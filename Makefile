@@ -49,6 +49,8 @@ test: $(INSTALLED)
 # Tests that turn on rounding, and `make test-thorough`, compile as users do.
 QUICKLY := --xla_backend_optimization_level=0 --xla_cpu_use_fusion_emitters=false
 PRECISE = $(shell grep --recursive --files-with-matches --include='test_*.py' mark.precise tests)
+# Programs that tests start read the bytecode of modules, and do not compile each of them anew.
+unexport PYTHONDONTWRITEBYTECODE
 pytest: $(INSTALLED)
 	LANEWISE_OPT=0 XLA_FLAGS="$(QUICKLY)" $(PYTEST) -m "not thorough and not precise"
 	$(PYTEST) -n 0 -m "precise and not thorough" $(PRECISE)
