@@ -8,10 +8,10 @@ Plan, set before the first run: ART with 96 weights on the paper's hopper at 4 r
 outside of the clock, reach 0.6 m/J, or after 60 generations or 190 episodes. Its clock is the
 process's CPU time, imports and compilation included. PPO has no reward for a frequency, and
 counts by its CoT⁻¹ alone. With seeds side by side the CPU time of a seed is its share of the
-process's when it reaches the fitness. The table has five seeds of the first two programs (ten were
-planned), ten side by side, three of PPO (five were planned), EvoTorch and QDax. MJX simulates a
-hundredth of an episode in each of four generations of one seed (two were planned); its time is
-extrapolated to the number of generations of ours. Programs alternate, seed by seed.
+process's when it reaches the fitness. The first two programs have ten seeds, one by one and side
+by side; the others have five. MJX simulates a hundredth of an episode in each of four generations
+of two seeds; its time is extrapolated to the number of generations of ours. Programs alternate,
+seed by seed.
 
 The programs are in `rivals.py`. Runs that `race.csv` has are not repeated.
 """

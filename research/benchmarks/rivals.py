@@ -221,17 +221,17 @@ class Rival:
 
 
 RIVALS = {
-    "tegotae": Rival("tegotae", learn_natively, seeds=5),
-    "textbook": Rival("textbook JAX", learn_in_textbook_style, seeds=5),
+    "tegotae": Rival("tegotae", learn_natively, seeds=10),
+    "textbook": Rival("textbook JAX", learn_in_textbook_style, seeds=10),
     "evotorch": Rival(
-        "EvoTorch's PGPE, textbook rollouts", learn_with_evotorch, "evotorch", seeds=3
+        "EvoTorch's PGPE, textbook rollouts", learn_with_evotorch, "evotorch", seeds=5
     ),
-    "qdax": Rival("QDax's MAP-Elites, textbook rollouts", learn_with_qdax, "qdax", seeds=3),
+    "qdax": Rival("QDax's MAP-Elites, textbook rollouts", learn_with_qdax, "qdax", seeds=5),
     "ppo": Rival(
         "Stable-Baselines3's PPO",
         learn_with_ppo,
         "stable_baselines3",
-        seeds=3,
+        seeds=5,
         steps=19,
         law=AGENTS_LAW,
     ),
