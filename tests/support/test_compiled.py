@@ -92,6 +92,16 @@ def test_the_oldest_code_goes_first_and_files_of_the_user_never(place, monkeypat
     assert all(file.exists() for file in theirs)
 
 
+def test_code_that_was_used_last_goes_last(place, monkeypatch):
+    monkeypatch.setattr(compiled, "_MOST_FILES", 2)
+    for age, key in enumerate(KEYS[:2]):
+        compiled.store_code(key, b"code")
+        os.utime(place / f"{key}.o", (age, age))
+    assert compiled.stored_code(KEYS[0]) == b"code"
+    compiled.store_code(KEYS[2], b"code")
+    assert {f.stem for f in place.glob("*.o")} == {KEYS[0], KEYS[2]}
+
+
 def test_a_folder_with_files_of_the_user_is_refused_and_left_as_it_is(place, one_line_error):
     place.mkdir()
     (place / "thesis.tex").touch()

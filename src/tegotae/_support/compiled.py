@@ -137,9 +137,16 @@ def stored_code(key: str) -> bytes | None:
         key: as `key_of` makes it.
     """
     place = folder()
-    sealed_code = b"" if place is None else _content(place / f"{key}.o") or b""
+    if place is None:
+        return None
+    path = place / f"{key}.o"
+    sealed_code = _content(path) or b""
     checksum, content = sealed_code[:_CHECKSUM_BYTES], sealed_code[_CHECKSUM_BYTES:]
-    return content if _checksum(key, content) == checksum else None
+    if _checksum(key, content) != checksum:
+        return None
+    with contextlib.suppress(OSError):
+        os.utime(path)  # what was used last is removed last
+    return content
 
 
 def _checksum(key: str, content: bytes) -> bytes:
