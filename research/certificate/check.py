@@ -446,12 +446,22 @@ def check(certificate, controller=None, cells_at_once=4096):
     return {"cells": len(i), "core": int((ranks == 0).sum()), **proved}
 
 
+def finite(text):
+    if not np.isfinite(float(text)):
+        raise RefusedError(f"{text} is not a finite number")
+    return float(text)
+
+
 if __name__ == "__main__":
     try:
-        for item in check(
-            *(json.loads(Path(path).read_text("utf-8")) for path in sys.argv[1:3])
-        ).items():
-            print(*item)
+        if len(sys.argv) not in (2, 3):
+            raise RefusedError("give CERTIFICATE.json, and CONTROLLER.json to compare its weights")
+        texts = [Path(path).read_text("utf-8") for path in sys.argv[1:]]
+        proved = check(*(json.loads(x, parse_float=finite, parse_constant=finite) for x in texts))
     except RefusedError as reason:
         sys.exit(f"refused: {reason}")
+    except Exception as error:  # whatever is wrong with a file, it proves nothing
+        sys.exit(f"refused: this is no whole certificate ({type(error).__name__}: {error})")
+    for item in proved.items():
+        print(item[0], *np.ravel(item[1]))
     print("accepted")

@@ -177,6 +177,29 @@ def test_the_command_writes_a_file_that_the_checker_reads(tmp_path):
     assert completed.stdout.splitlines()[-1:] == ["accepted"], completed.stderr
 
 
+@pytest.mark.parametrize(
+    ("spoil", "reason"),
+    [
+        (lambda text: text[:3000], "no whole certificate"),
+        (lambda text: "[]", "no whole certificate"),
+        (lambda text: text.replace('"grid"', '"net"'), "no whole certificate"),
+        (lambda text: text.replace('"omega_rad_per_s": 4', '"omega_rad_per_s": NaN'), "not a fin"),
+        (lambda text: text.replace('"most_m_per_s": 6.5', '"most_m_per_s": 1e999'), "not a finite"),
+    ],
+)
+def test_a_file_that_is_no_whole_certificate_is_refused_in_a_line(tmp_path, spoil, reason):
+    path = tmp_path / "spoilt.json"
+    text = (HERE / "latch-certificate.json").read_text("utf-8")
+    path.write_text(spoil(text))
+    assert path.read_text() != text
+    command = [sys.executable, str(HERE / "check.py"), str(path)]
+    completed = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    (line,) = completed.stderr.splitlines()
+    assert line.startswith("refused: ")
+    assert reason in line
+    assert completed.returncode == 1
+
+
 def test_a_law_without_bounds_is_refused_in_a_line():
     with pytest.raises(tg.TegotaeError, match="certify has no bounds of Network, the gain"):
         tg.load("zoo:ARG-rF-gF-sector-w8").certify()
