@@ -35,7 +35,8 @@ from tegotae.training.algorithms import CMAES
 from tegotae.training.environments.experiment import EnvExperiment
 
 ROBOT = ROOT / "examples" / "wirings" / "go1-commands.toml"
-ROWS = Table(plan.FOLDER / "rows.csv", ("condition",))
+ROWS = Table(plan.FOLDER / "rows.csv", ("law", "condition"))
+TUNED, BEFORE = "tuned", "before the search"
 _HEADING, _SPEED = 0.3, 0.5
 """Weights of errors of heading [rad] and speed, a share of the command, in the fitness."""
 
@@ -164,14 +165,14 @@ def tune() -> None:
     middle = np.array([1.0, *(plan.START[name] for name in names)])
     scale = np.array([0.1, *(plan.SCALES[name] for name in names)])
     place = output_folder(ROOT / "runs" / "commands") / "tune.npz"
-    found, _ = search(
+    mean, _ = search(
         place,
         CMAES(population=plan.POPULATION, std=1.0),
         np.zeros(len(middle)),
         plan.GENERATIONS,
         lambda candidates, generation: fitness(middle + scale * candidates, 100 + generation),
     )
-    keep(middle + scale * found)
+    keep(middle + scale * mean)
 
 
 def keep(numbers: np.ndarray) -> None:
@@ -185,28 +186,34 @@ def keep(numbers: np.ndarray) -> None:
 
 
 def evaluate() -> None:
-    """Evaluate the kept law under all commands and conditions, where rows are missing."""
+    """Evaluate the kept law, and the plan's, under all commands and conditions without rows."""
     law = resolve(str(plan.LAW)).controller()
+    assert law.omega is not None
     wired = EnvExperiment.from_controller(law).wiring
+    numbers = [plan.START[str(path[-1])] for path in wiring().controller.weight_names]
+    laws: dict[str, tuple[np.ndarray, float]] = {
+        TUNED: (np.ravel(law.weights), law.omega),
+        BEFORE: (np.array(numbers), plan.OMEGA_RAD_PER_S),
+    }
     ROWS.measure(
-        [(condition,) for condition in plan.CONDITIONS],
-        lambda condition: rows_of(wired, law, condition),
+        list(product(laws, plan.CONDITIONS)),
+        lambda name, condition: rows_of(wired, name, *laws[name], condition),
     )
 
 
-def rows_of(wired: Wiring, law: SavedController, title: str) -> list[Row]:
-    """Return the rows of a condition, one a command and start."""
+def rows_of(wired: Wiring, name: str, numbers: np.ndarray, omega: float, title: str) -> list[Row]:
+    """Return the rows of a law in a condition, one a command and start."""
     cells = list(product(plan.COMMANDS, plan.STARTS))
-    commands = np.array([plan.COMMANDS[name] for name, _ in cells])
-    weights = np.repeat(np.ravel(law.weights)[None], len(cells), axis=0)
-    omega, starts = np.full(len(cells), law.omega), [start for _, start in cells]
+    commands = np.array([plan.COMMANDS[command] for command, _ in cells])
+    weights = np.repeat(numbers[None], len(cells), axis=0)
+    omegas, starts = np.full(len(cells), omega), [start for _, start in cells]
     condition = plan.CONDITIONS[title]
-    result = walks(wired, weights, omega, commands, starts, condition, plan.SECONDS)
+    result = walks(wired, weights, omegas, commands, starts, condition, plan.SECONDS)
     columns: dict[str, Any] = dataclasses.asdict(result)
     return [
-        {"condition": title, "command": name, "start": start}
+        {"law": name, "condition": title, "command": command, "start": start}
         | {column: float(values[i]) for column, values in columns.items()}
-        for i, (name, start) in enumerate(cells)
+        for i, (command, start) in enumerate(cells)
     ]
 
 
@@ -214,9 +221,12 @@ def report() -> None:
     """Write the tables of the page from the kept rows."""
     rows = ROWS.read()
     rows["fell"] = rows.lasted < 1.0
-    undisturbed = rows.query(f"condition == {next(iter(plan.CONDITIONS))!r}")
+    by_law = dict(tuple(rows.groupby("law")))
+    tuned, original = by_law[TUNED], by_law[BEFORE]
+    undisturbed = tuned.query(f"condition == {next(iter(plan.CONDITIONS))!r}")
     write_text(plan.FOLDER / "commands.md", table_of(undisturbed, "command", plan.COMMANDS))
-    write_text(plan.FOLDER / "conditions.md", table_of(rows, "condition", plan.CONDITIONS))
+    write_text(plan.FOLDER / "conditions.md", table_of(tuned, "condition", plan.CONDITIONS))
+    write_text(plan.FOLDER / "before.md", table_of(original, "condition", plan.CONDITIONS))
 
 
 def table_of(rows: pd.DataFrame, column: str, names: Iterable[str]) -> str:

@@ -96,8 +96,8 @@ def train_law(stem: str, seed: int) -> None:
         place = output_folder(ROOT / "runs" / "go1") / f"{stem}-{k}-{seed}.npz"
         score = partial(_score, wiring, free, weights, phase, 10_000 * (1 + seed) + 100 * k)
         algorithm = CMAES(population=POPULATION, std=phase.std)
-        found, scores = search(place, algorithm, weights, phase.generations, score, seed)
-        weights = np.where(free, found, weights)
+        mean, scores = search(place, algorithm, weights, phase.generations, score, seed)
+        weights = np.where(free, mean, weights)
         rows = [{"generation": i, "mean": x.mean(), "best": x.max()} for i, x in enumerate(scores)]
         write_rows(LAWS_FOLDER / f"{stem}-{seed}.csv", rows, digits=4)
     keep(wiring, weights, stem, seed)
@@ -108,12 +108,12 @@ def _score(
     free: np.ndarray,
     weights: np.ndarray,
     phase: Phase,
-    first: int,
+    start: int,
     candidates: np.ndarray,
     generation: int,
 ) -> np.ndarray:
     """Return the fitness of candidates in their free numbers, from the generation's start."""
-    return fitness(wiring, np.where(free, candidates, weights), first + generation, phase)
+    return fitness(wiring, np.where(free, candidates, weights), start + generation, phase)
 
 
 def fitness(wiring: Wiring, candidates: np.ndarray, start: int, phase: Phase) -> np.ndarray:
