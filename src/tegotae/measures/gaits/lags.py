@@ -176,10 +176,12 @@ def moved_until(lag: AnyArray, allowed: Numeric = 0.0) -> jax.Array:
 
 
 def rounding(ticks: AnyArray) -> jax.Array:
-    """Return the largest difference of two phases caused by rounding each tick [cycles], as
-    `ticks`.
+    """Return the largest difference of two phases that rounding in every tick causes [cycles].
 
     A phase up to 2π is rounded by half a unit in its last place, 2 ε; two of them by twice that.
+
+    Args:
+        ticks: how many ticks, any shape; the result has the same.
     """
     ticks = jnp.asarray(ticks)
     return 4.0 * jnp.finfo(ticks.dtype).eps * ticks / TURN
