@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pandas as pd
@@ -14,11 +15,17 @@ from tegotae.systems.env_documents import extras_of, is_mujoco_model
 
 if TYPE_CHECKING:  # which needs Gymnasium
     from tegotae_robots.models.suggesting import Suggestion
+    from tegotae_robots.models.suggesting_settings import SuggestedSettings
 
 
-def _entries(suggestion: Suggestion) -> pd.DataFrame:
+def _short(value: object) -> str:
+    return f"{len(value)} joints" if isinstance(value, Mapping) else short(value)
+
+
+def _entries(suggestion: Suggestion, settings: SuggestedSettings) -> pd.DataFrame:
     """Return one row per entry that has a reason."""
-    wiring, rows = suggestion.wiring, []
+    wiring = suggestion.wiring
+    rows = [(name, _short(x), settings.reasons[name]) for name, x in settings.values.items()]
     for name, reason in suggestion.reasons.items():
         owner, _, entry = name.rpartition(".")
         if owner.startswith("limbs["):
@@ -65,6 +72,7 @@ def suggest_wiring(
     from tegotae.envs.wiring import wiring_document
     from tegotae_robots.models.suggesting import suggest_wiring as suggested
     from tegotae_robots.models.suggesting_legs import suggest_legs
+    from tegotae_robots.models.suggesting_settings import suggest_settings
 
     if not is_mujoco_model(env):
         raise TegotaeError(
@@ -72,6 +80,8 @@ def suggest_wiring(
             "hand, and check it with tegotae.envs.check_wiring"
         )
     spec = environment_named(env, settings, feet=feet)
+    found = suggest_settings(spec.model_settings, [name for name, _ in spec.settings])
+    spec = replace(spec, settings=(*spec.settings, *found.values.items()))
     model = spec.model_settings
     suggestion = suggest_legs(model) if model.legs else suggested(model)
     if model.legs:
@@ -82,7 +92,9 @@ def suggest_wiring(
         fitness = "hopping" if suggestion.on_rail else "return" if walks else ""
         paid = f" --fitness {fitness}" if fitness else ""
         commands = [f"wiring baseline FILE.toml{paid}", f"train ART@FILE.toml{paid}"]
-    table = _entries(suggestion)
+    of_settings = {f"model.settings.{name}": reason for name, reason in found.reasons.items()}
+    reasons = {**suggestion.reasons, **of_settings}
+    table = _entries(suggestion, found)
 
     def draw() -> dict[str, MatplotlibFigure]:
         from tegotae_robots.models.workspace import workspace_figure
@@ -91,7 +103,7 @@ def suggest_wiring(
 
     return TomlFile(
         raw=suggestion,
-        write=lambda path: save_robot(spec, suggestion.wiring, path, reasons=suggestion.reasons),
+        write=lambda path: save_robot(spec, suggestion.wiring, path, reasons=reasons),
         draw=draw,
         rows=table,
         views=[table.set_index("entry")],

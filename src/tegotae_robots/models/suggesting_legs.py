@@ -67,7 +67,9 @@ def suggest_legs(settings: ModelSettings) -> Suggestion:
     """
     explicit = bool(settings.feet)
     if not explicit:
-        settings = replace(settings, feet=lowest_feet(sensing(replace(settings, legs=False)).model))
+        settings = replace(
+            settings, feet=lowest_feet(sensing(replace(settings, legs=False, command=())).model)
+        )
     sensed = sensing(settings)
     model, legs = sensed.model, sensed.legs
     assert legs is not None
