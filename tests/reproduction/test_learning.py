@@ -201,7 +201,7 @@ def test_another_window_is_another_cell(tmp_path):
     assert len({str(cell.document) for cell in cells}) == 2
     standard, longer = (cell.measure().arrays["limit_cycle_share"] for cell in cells)
     assert standard.shape == longer.shape == (3, 1, RELEASES, 2)
-    frame = run_rows(cells[0], cells[0].measure().arrays)
+    frame = run_rows(record.experiment, record.best_fitness, cells[0].measure().arrays)
     assert frame.iloc[0][["model", "architecture", "drive"]].tolist() == ["V-sector-w8", "V", "φ"]
 
 

@@ -66,9 +66,9 @@ class StudyLearning(_OfStudy):
         """Judge what is missing, and write."""
         from research.reproduction.learning.judged import EvaluatedRuns
         from research.reproduction.learning.page import feedback_table
-        from research.reproduction.learning.runs import concatenate_runs, run_rows
+        from research.reproduction.learning.runs import concatenate_runs, run_rows, searched_rows
         from research.reproduction.learning.searched import SearchedLaw
-        from tegotae.study import CellResult, Study
+        from tegotae.study import Study
         from tegotae.systems.recipe import recipe
         from tegotae.systems.term_sets import ShortLaw
 
@@ -77,8 +77,10 @@ class StudyLearning(_OfStudy):
         cells = [EvaluatedRuns(record, self.undisturbed, self.tick) for record in records]
         study = Study(self.dir / "judged", cells, title="judge", suffix=".judged.npz")
         study.run()
-        results: list[tuple[EvaluatedRuns | SearchedLaw, CellResult]]
-        results = [*zip(cells, study.results(), strict=True)]
+        runs = [
+            run_rows(record.experiment, record.best_fitness, result.arrays)
+            for record, result in zip(records, study.results(), strict=True)
+        ]
         if self.searched:
             laws = [
                 SearchedLaw(record.experiment)
@@ -87,9 +89,12 @@ class StudyLearning(_OfStudy):
             ]
             search = Study(self.dir / "searched", laws, title="search", suffix=".searched.npz")
             search.run()
-            results += zip(laws, search.results(), strict=True)
-        runs = concatenate_runs(run_rows(cell, result.arrays) for cell, result in results)
-        self.write(runs, feedback_table(runs))
+            runs += [
+                searched_rows(law, result.arrays)
+                for law, result in zip(laws, search.results(), strict=True)
+            ]
+        table = concatenate_runs(runs)
+        self.write(table, feedback_table(table))
 
 
 @dataclass(frozen=True)

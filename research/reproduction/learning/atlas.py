@@ -98,7 +98,7 @@ def measure_atlas(
     }
     parts = []
     for cell, result in zip(evaluations, study.results(), strict=True):
-        part = run_rows(cell, result.arrays)
+        part = run_rows(cell.record.experiment, cell.record.best_fitness, result.arrays)
         part["best"] = part.index == part.merit_chosen.argmax()
         fits = curves.get(cell.record.model, {})
         numbers = {name: x for name, x in fits.items() if not name.startswith("start_")}

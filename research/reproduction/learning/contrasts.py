@@ -120,32 +120,29 @@ def comparisons(runs: pd.DataFrame, outcome: str = "merit") -> dict[str, Compari
     keys = [*DESIGN, "omega_t", "senses"]
     by_design = pd.DataFrame(learned.groupby(keys, as_index=False).mean(numeric_only=True))
     vanilla = best(where(on_force, on_force.architecture == "V"))
-    law, clock = best(laws), best(where(laws, laws.drive == "clock"))
+    mean, chosen_run = merits(learned, outcome, DESIGN), best_of_design(learned)
     pairs: dict[str, tuple[pd.DataFrame, pd.DataFrame]] = {
-        "learned, mean of runs − best V": (merits(learned, outcome, DESIGN), vanilla),
+        "learned, mean of runs − best V": (mean, vanilla),
         "learned, best design, mean of runs − best V": (best(by_design), vanilla),
-        "learned, chosen run − best V": (best_of_design(learned), vanilla),
-        "best short law − best V": (law, vanilla),
-        "clock − best V": (clock, vanilla),
-        "learned, chosen run − best short law": (best_of_design(learned), law),
-        **{
-            name.format(architecture): pair
-            for architecture in SEARCHED.values()
-            if len(rows := where(on_force, on_force.architecture == architecture))
-            for name, pair in {
-                "best {} − best V": (best(rows), vanilla),
-                "learned, mean of runs − best {}": (merits(learned, outcome, DESIGN), best(rows)),
-                "learned, chosen run − best {}": (best_of_design(learned), best(rows)),
-            }.items()
-        },
-        **{
-            f"learned − short laws, best of {n} runs": (
-                best_of(learned, outcome, n),
-                best_of(laws, outcome, n),
-            )
-            for n in EQUAL_CHOICES
-        },
+        "learned, chosen run − best V": (chosen_run, vanilla),
     }
+    if len(laws):
+        law = best(laws)
+        pairs |= {
+            "best short law − best V": (law, vanilla),
+            "clock − best V": (best(where(laws, laws.drive == "clock")), vanilla),
+            "learned, chosen run − best short law": (chosen_run, law),
+        }
+    for architecture in SEARCHED.values():
+        if len(rows := where(on_force, on_force.architecture == architecture)):
+            pairs |= {
+                f"best {architecture} − best V": (best(rows), vanilla),
+                f"learned, mean of runs − best {architecture}": (mean, best(rows)),
+                f"learned, chosen run − best {architecture}": (chosen_run, best(rows)),
+            }
+    for n in EQUAL_CHOICES if len(laws) else ():
+        equal = best_of(learned, outcome, n), best_of(laws, outcome, n)
+        pairs[f"learned − short laws, best of {n} runs"] = equal
     return {name: _difference(*pair) for name, pair in pairs.items()}
 
 

@@ -63,12 +63,13 @@ def releases(standard: Scenario) -> Scenario:
     return standard._replace(height_m=height, phase_rad=draw.uniform(0.0, 2.0 * np.pi, RELEASES))
 
 
-def judge_runs(experiment: Experiment, weights: np.ndarray) -> Arrays:
+def judge_runs(experiment: Experiment, weights: np.ndarray, *, whole_alone: bool = False) -> Arrays:
     """Judge runs from the common releases at every frequency of the evaluation.
 
     Args:
         experiment: what was trained.
         weights: of its runs, [runs, n_weights].
+        whole_alone: leave out the other variants.
 
     Returns:
         `MEASURED` by name, each of shape [`VARIANTS`, runs, releases, ω], NaN where undefined; and
@@ -78,23 +79,27 @@ def judge_runs(experiment: Experiment, weights: np.ndarray) -> Arrays:
     """
     register(mean_feedback)
     try:
-        return _variants(experiment, weights)
+        return _variants(experiment, weights, whole_alone)
     finally:  # a study that is planned later is not to have it
         HOPPING.forget(mean_feedback.name)
 
 
-def _variants(experiment: Experiment, weights: np.ndarray) -> Arrays:
+def _variants(experiment: Experiment, weights: np.ndarray, whole_alone: bool) -> Arrays:
     metrics = (*MEASURED, mean_feedback)
     complete = episodes_of(experiment, experiment.controller, weights, experiment.protocol, metrics)
     feedback = mean_defined(np.moveaxis(by_release(complete, mean_feedback.name), 1, -1))
     variants = [complete]
-    if experiment.controller.tegotae is not None:
+    if experiment.controller.tegotae is not None and not whole_alone:
         clock, cut = with_held_feedback(experiment.controller, weights)
         variants.append(episodes_of(experiment, clock, cut, experiment.protocol))
         variants.append(_frozen(experiment, weights, np.nan_to_num(feedback)))
     arrays = {"mean_feedback": feedback.astype("float32")}
     for name in MEASURED:
-        values = np.full((len(VARIANTS), *by_release(complete, name).shape), np.nan, "float32")
+        values = np.full(
+            (1 if whole_alone else len(VARIANTS), *by_release(complete, name).shape),
+            np.nan,
+            "float32",
+        )
         for i, variant in enumerate(variants):
             values[i] = by_release(variant, name)
         arrays[name] = values

@@ -31,6 +31,7 @@ import pandas as pd
 from research.reproduction.claims.effects import LEARNED_FEEDBACK
 from research.reproduction.claims.random_effects import crossed
 from research.reproduction.learning.runs import LAW, where
+from tegotae._support.errors import TegotaeError
 
 RESAMPLES = 4000
 MEAN_RUN, BEST_RUN = "mean of runs", "run of best fitness"
@@ -139,6 +140,11 @@ def _ends(values: np.ndarray) -> tuple[float, float]:
 def best_law(runs: pd.DataFrame) -> str:
     """Return the short law of highest merit on the first half of the releases, over runs and
     ω_t.
+
+    Raises:
+        TegotaeError: if there is none.
     """
     laws = _cells(where(runs, runs.architecture == LAW), ("drive",), "merit_chosen")
+    if not laws:
+        raise TegotaeError(f"the table has no runs of {LAW}; judge a whole study")
     return max(laws, key=lambda law: laws[law].mean())[0]

@@ -11,13 +11,14 @@ import pandas as pd
 from research.reproduction.claims.designs import DRIVES
 from research.reproduction.claims.effects import LEARNED_FEEDBACK
 from research.reproduction.hop_rates import rate_slope
-from research.reproduction.learning.judged import VARIANTS, EvaluatedRuns, episode_merits
+from research.reproduction.learning.judged import VARIANTS, episode_merits
 from research.reproduction.learning.searched import CMA, DE, SearchedLaw
 from research.reproduction.table import design_place
 from tegotae._support import tables
 from tegotae._support.errors import TegotaeError
 from tegotae.measures.statistics import mean_defined
 from tegotae.study import Arrays
+from tegotae.systems.experiment import Experiment
 from tegotae.systems.recipe import recipe
 from tegotae.systems.term_sets import ShortLaw
 
@@ -34,8 +35,13 @@ SEARCHED = {DE: "law by DE", CMA: "law by CMA-ES"}
 """The architectures of searched laws in this table."""
 
 
-def run_rows(cell: EvaluatedRuns | SearchedLaw, arrays: Arrays) -> pd.DataFrame:
-    """Return the runs of a record, or the laws of a search.
+def run_rows(experiment: Experiment, fitness: np.ndarray, arrays: Arrays) -> pd.DataFrame:
+    """Return the table of the runs of an experiment.
+
+    Args:
+        experiment: what was trained.
+        fitness: of the training, [runs].
+        arrays: of `research.reproduction.learning.judged.judge_runs`.
 
     Returns:
         A row a run: `model`, `architecture` (of short laws `LAW`), `senses`, `drive` (what the
@@ -52,19 +58,13 @@ def run_rows(cell: EvaluatedRuns | SearchedLaw, arrays: Arrays) -> pd.DataFrame:
     half = paid.shape[2] // 2
     rates = mean_defined(np.moveaxis(arrays["hop_rate"][0].astype(float), 1, -1))
     runs = merit.shape[1]
-    if isinstance(cell, EvaluatedRuns):
-        experiment, fitness = cell.record.experiment, cell.record.best_fitness[:runs]
-    else:
-        experiment, fitness = cell.experiment, arrays["best_fitness"]
-    table = pd.DataFrame({"run": np.arange(runs), "fitness": fitness})
+    table = pd.DataFrame({"run": np.arange(runs), "fitness": fitness[:runs]})
     for i, (name, value) in enumerate(_design(experiment.name).items()):
         table.insert(i, name, value)
-    if isinstance(cell, SearchedLaw):
-        table["architecture"] = [SEARCHED[DE], *[SEARCHED[CMA]] * (runs - 1)]
     table["settled"] = settled[0].mean(axis=(1, 2))
     cells = np.where(settled[0] == 1.0, cot[0], np.nan).reshape(runs, -1)
     table["cot_inverse"] = mean_defined(cells)
-    for variant, values in zip(VARIANTS, merit, strict=True):
+    for variant, values in zip(VARIANTS, merit, strict=False):
         table["merit" if variant == VARIANTS[0] else f"merit_{variant}"] = values
     omega = np.array(experiment.omega + np.asarray(experiment.protocol.offsets), float)
     follows = np.abs(arrays["hop_rate"][0].astype(float) - omega) <= LOCKED * omega
@@ -72,6 +72,13 @@ def run_rows(cell: EvaluatedRuns | SearchedLaw, arrays: Arrays) -> pd.DataFrame:
         table[f"{name}_chosen"] = values[:, :half].mean(axis=(1, 2))
         table[f"{name}_judged"] = values[:, half:].mean(axis=(1, 2))
     table["following"] = rate_slope(omega, rates)
+    return table
+
+
+def searched_rows(law: SearchedLaw, arrays: Arrays) -> pd.DataFrame:
+    """Return the table of the laws of a search: that of differential evolution first."""
+    table = run_rows(law.experiment, arrays["best_fitness"], arrays)
+    table["architecture"] = [SEARCHED[DE], *[SEARCHED[CMA]] * (len(table) - 1)]
     return table
 
 
@@ -93,7 +100,7 @@ def read_runs(path: Path) -> pd.DataFrame:
     """Return the table of a file.
 
     Raises:
-        TegotaeError: if it cannot be read, is no such table, or lacks V, learned feedback or laws.
+        TegotaeError: if it cannot be read, is no such table, or lacks V or learned feedback.
     """
     cells = tables.read_csv(path, _COLUMNS, kind=_KIND)
     try:
@@ -104,7 +111,7 @@ def read_runs(path: Path) -> pd.DataFrame:
     except ValueError:
         raise TegotaeError(f"{path} is no {_KIND}: it holds what is no number") from None
     runs = pd.DataFrame(columns)
-    for architecture in (*LEARNED_FEEDBACK, "V", LAW):
+    for architecture in (*LEARNED_FEEDBACK, "V"):
         if not (runs.architecture == architecture).any():
             raise TegotaeError(f"{path} has no runs of {architecture}; judge a whole study")
     return runs

@@ -25,7 +25,7 @@ from tegotae._support.documents import Document
 from tegotae.study import CellResult
 from tegotae.systems.experiment import Experiment
 from tegotae.training.algorithms import CMAES
-from tegotae.training.evolution import Evolution
+from tegotae.training.evolution import Evolution, Progress
 from tegotae.training.run import Run
 
 BOX = {
@@ -44,6 +44,13 @@ TOLERANCE = 0.005
 SEEDS = 15
 """Starts of CMA-ES."""
 DE, CMA = "DE", "CMA-ES"
+
+
+def trained(run: Run[Evolution]) -> Progress:
+    """Train to the end of all seeds, and return the state there."""
+    begun = run.learner.start(run.experiment, run.seeds)
+    *_, (progress, _) = run.learner.evolve(run.experiment, run.seeds, begun)
+    return progress
 
 
 @dataclass(frozen=True)
@@ -88,9 +95,8 @@ class SearchedLaw:
             learner=Evolution(algorithm=CMAES(population=16)),
             seeds=tuple(range(SEEDS)),
         )
-        begun = run.learner.start(self.experiment, run.seeds)
-        *_, (progress, _) = run.learner.evolve(self.experiment, run.seeds, begun)
-        evolved = self._evolved()
+        progress = trained(run)
+        evolved = self.evolved()
         weights = np.vstack([evolved.x, np.asarray(progress.best_weights)]).astype("float32")
         arrays = judge_runs(self.experiment, weights)
         arrays["weights"] = weights
@@ -98,7 +104,8 @@ class SearchedLaw:
         arrays["generations"] = np.append(evolved.nit, progress.generation)
         return CellResult(self.document, run.software, arrays)
 
-    def _evolved(self) -> OptimizeResult:
+    def evolved(self) -> OptimizeResult:
+        """Search by differential evolution: weights `x`, and `fun`, minus their fitness."""
         gains = self.experiment.gains
         box = BOX | {"sigma": (0.0, float(gains.max()))}
         bounds = [box[str(name[-1])] for name in self.experiment.controller.weight_names]
