@@ -18,14 +18,14 @@ from tegotae.parts.terms import (
     TunedFoot,
     WholeBodyFoot,
 )
-from tegotae.parts.terrains import Rough, Slope, Steps, Sum
+from tegotae.parts.terrains import Rough, Slope, SplitGrip, Steps, Sum
 
 PARTS = (
     *(Hopper(), Bar(), Plate(), Walker(), Actuators(), Sensors(), Blows()),
     *PLANAR.values(),
     *(SectorAndReflex(), EllipticFoot(), LearnedFoot(("phase",), 2), Network(("phase",), 2)),
     *(WholeBodyFoot(("spring_force",), (), 2, 2), LearnedActuation(("phase",), 2), TunedFoot()),
-    *(Slope(), Steps(), Rough(), Sum(), Neighbours(((0, 1),), 1.0)),
+    *(Slope(), Steps(), Rough(), SplitGrip(), Sum(), Neighbours(((0, 1),), 1.0)),
 )
 CHECKED = [
     pytest.param(part, field.name, id=f"{type(part).__name__}.{field.name}")

@@ -28,7 +28,7 @@ from tegotae.parts.terms import (
     VanillaAction,
     VanillaReaction,
 )
-from tegotae.parts.terrains import Rough, Slope, Steps
+from tegotae.parts.terrains import Rough, Slope, SplitGrip, Steps, Sum
 from tegotae.simulation.schedules import Ramp, Step
 
 C = Walker()
@@ -311,6 +311,12 @@ def test_on_a_slope_it_stands_if_friction_bears_it_and_slides_if_not():
     assert gained == pytest.approx(math.sin(angle) - 0.1 * math.cos(angle), rel=0.1)
 
 
+def test_feet_slide_on_the_side_without_grip_alone():
+    ground = Sum(first=Slope(along=0.1), second=SplitGrip(right=0.0))
+    left, right = run(STANDS, dataclasses.replace(C, terrain=ground)).slid_m[40, :2, 0]
+    assert left < 0.05 < right
+
+
 @pytest.mark.thorough
 def test_it_climbs_a_step_and_crosses_rough_ground():
     step = dataclasses.replace(C, terrain=Steps(rise_m=0.05, tread_m=100.0, start_m=1.0))
@@ -324,7 +330,7 @@ def test_it_climbs_a_step_and_crosses_rough_ground():
     assert not on_rough.failed[-1].any()
 
 
-@pytest.mark.parametrize("terrain", [Slope(), Steps(), Rough()])
+@pytest.mark.parametrize("terrain", [Slope(), Steps(), Rough(), SplitGrip()])
 def test_ground_of_no_height_is_flat_everywhere(terrain):
     places = jnp.asarray(np.random.default_rng(0).uniform(-9.0, 9.0, (2, 50)))
     ground = jax.jit(lambda x, y: (terrain.height_m(x, y), terrain.slopes(x, y)))(*places)

@@ -1,4 +1,4 @@
-"""Ground under a walker: flat, a slope, steps, rough, and their sum."""
+"""Ground under a walker: flat, a slope, steps, rough, slippery on one side, and their sum."""
 
 from __future__ import annotations
 
@@ -36,6 +36,12 @@ class Terrain(Part, ABC):
         _, along = jvp(lambda x: self.height_m(x, y_m), x_m, ones)
         _, across = jvp(lambda y: self.height_m(x_m, y), y_m, ones)
         return along, across
+
+    def grip(self, x_m: jax.Array, y_m: jax.Array) -> jax.Array | None:
+        """Return the ground's share of the body's coefficient of friction; None where it is 1
+        everywhere.
+        """
+        return None
 
 
 @traceable
@@ -159,6 +165,28 @@ class Rough(Terrain):
 
 @traceable
 @dataclass(frozen=True, kw_only=True)
+class SplitGrip(Flat):
+    """Level ground with less friction to the right of the x axis, y < 0, than to the left.
+
+    Raises:
+        TegotaeError: for a share below zero.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> SplitGrip(right=0.25).grip(jnp.zeros(2), jnp.array([-0.4, 0.4])).tolist()
+        [0.25, 1.0]
+    """
+
+    right: float = not_negative(1.0)
+    """Friction on the right as a share of that on the left."""
+
+    def grip(self, x_m: jax.Array, y_m: jax.Array) -> jax.Array:
+        """Return the share at a place."""
+        return jnp.where(y_m < 0.0, self.right, jnp.ones_like(y_m))
+
+
+@traceable
+@dataclass(frozen=True, kw_only=True)
 class Sum(Terrain):
     """h = h₁ + h₂, such as rough ground on a slope.
 
@@ -185,3 +213,10 @@ class Sum(Terrain):
         if first is None or second is None:
             return second if first is None else first
         return first[0] + second[0], first[1] + second[1]
+
+    def grip(self, x_m: jax.Array, y_m: jax.Array) -> jax.Array | None:
+        """Return the product of both shares; None if both grounds hold everywhere."""
+        first, second = self.first.grip(x_m, y_m), self.second.grip(x_m, y_m)
+        if first is None or second is None:
+            return second if first is None else first
+        return first * second

@@ -310,7 +310,8 @@ def _upon(
     numbers: WalkerNumbers, force: Vector, anchor: tuple[jax.Array, jax.Array]
 ) -> tuple[Vector, jax.Array, tuple[jax.Array, jax.Array]]:
     """Return the part of a leg's force that the ground bears, the load, and the anchor's slide."""
-    slopes = jax.tree.map(for_limbs, numbers.terrain).slopes(*anchor)
+    terrain = jax.tree.map(for_limbs, numbers.terrain)
+    slopes = terrain.slopes(*anchor)
     ones, none = jnp.ones_like(force[0]), jnp.zeros_like(force[0])
     normal: Vector = (none, none, ones)
     if slopes is not None:
@@ -321,6 +322,8 @@ def _upon(
     along = vector(f - across * n for f, n in zip(force, normal, strict=True))
     # The share of the force along the ground that friction bears.
     limit = for_limbs(numbers.friction) * load
+    if (grip := terrain.grip(*anchor)) is not None:
+        limit = limit * grip
     share = jnp.minimum(1.0, limit * jax.lax.rsqrt(jnp.maximum(dot(along, along), 1e-30)))
     slides = (share - 1.0) / for_limbs(numbers.damping_xy_ns_per_m)
     borne = vector(load * n + share * t for n, t in zip(normal, along, strict=True))
