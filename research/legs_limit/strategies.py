@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -62,24 +63,9 @@ def search(
         progress: called with the generation and the least losses.
     """
     starts, size = start.shape
-    algorithm = CMAES(population=population, std=std)
-    strategy, settings = algorithm.strategy(size), algorithm.parameters(size)
     keys = jax.random.split(jax.random.key(seed), starts)
-
-    @jax.jit
-    def begin(mean):
-        return jax.lax.map(lambda a: strategy.init(*a, settings), (keys, mean))
-
-    @jax.jit
-    def ask(number, state):
-        keys_of_step = jax.vmap(lambda key: jax.random.fold_in(key, number))(keys)
-        return jax.lax.map(lambda a: strategy.ask(*a, settings), (keys_of_step, state))
-
-    @jax.jit
-    def tell(x, loss, state):
-        return jax.lax.map(lambda a: strategy.tell(*a, settings)[0], (keys, x, loss, state))
-
-    state = begin(jnp.asarray(start, "float32"))
+    begin, ask, tell = _programs(CMAES(population=population, std=std), size)
+    state = begin(keys, jnp.asarray(start, "float32"))
     leaves, tree = jax.tree.flatten(state)
     best, lowest = np.array(start, float), np.full(starts, np.inf)
     history: list[np.ndarray] = []
@@ -95,12 +81,12 @@ def search(
         return Found(best, lowest, centre, np.array(history), np.array(typical))
 
     for number in range(len(history), generations):
-        x, state = ask(number, state)
+        x, state = ask(keys, number, state)
         samples = np.array(x, float)
         if number == 0:
             samples[:, 0] = start
         loss = losses(samples.reshape(-1, size), number).reshape(starts, population)
-        state = tell(jnp.asarray(samples, "float32"), jnp.asarray(loss, "float32"), state)
+        state = tell(keys, jnp.asarray(samples, "float32"), jnp.asarray(loss, "float32"), state)
         k, rows = loss.argmin(axis=1), np.arange(starts)
         better = rows[loss[rows, k] < lowest]
         best[better], lowest[better] = samples[better, k[better]], loss[better, k[better]]
@@ -111,3 +97,24 @@ def search(
             states = {f"state{k}": leaf for k, leaf in enumerate(jax.tree.leaves(state))}
             np.savez(checkpoint, **result()._asdict(), **states)
     return result()
+
+
+@cache
+def _programs(algorithm: CMAES, size: int) -> tuple[Callable[..., Any], ...]:
+    """Return the compiled steps of many strategies, shared by searches of as many numbers."""
+    strategy, settings = algorithm.strategy(size), algorithm.parameters(size)
+
+    @jax.jit
+    def begin(keys, mean):
+        return jax.lax.map(lambda a: strategy.init(*a, settings), (keys, mean))
+
+    @jax.jit
+    def ask(keys, number, state):
+        keys_of_step = jax.vmap(lambda key: jax.random.fold_in(key, number))(keys)
+        return jax.lax.map(lambda a: strategy.ask(*a, settings), (keys_of_step, state))
+
+    @jax.jit
+    def tell(keys, x, loss, state):
+        return jax.lax.map(lambda a: strategy.tell(*a, settings)[0], (keys, x, loss, state))
+
+    return begin, ask, tell
