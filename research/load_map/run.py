@@ -20,7 +20,7 @@ from research.load_map.report import ROWS, report
 from tegotae._support.files import output_folder
 
 FOLDER = Path("runs/load_map")
-SEEDS, POPULATION, STARTS, STD = 10, 12, 4, 0.5
+SEEDS, POPULATION, STARTS, STD = 10, 12, 2, 0.5
 """Searches of a law in a cell, candidates of a generation, training starts of each, and the first
 deviation of a candidate in units of a number's range."""
 GENERATIONS, DOUBLED = 40, 80
