@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import cache, cached_property, partial
 
 import jax
 import numpy as np
@@ -59,7 +60,7 @@ def compile_episode(
     vectors: int = 2,
     store: Store | None = None,
 ) -> Kernel:
-    """Trace, read and compile the kernel of a program.
+    """Trace and read the kernel of a program, which is compiled when it first runs.
 
     Args:
         episode: the program.
@@ -68,7 +69,8 @@ def compile_episode(
         shared_shapes: the pytree that all lanes share, of shape [...].
         dtype: "float32" or "float64".
         target: "host", "avx2", "avx512", "aarch64", "scalar", or a `Target`.
-        vectors: vectors of lanes that a block has. Results do not depend on it.
+        vectors: vectors of lanes that a block has; a last block of fewer lanes has one. Results do
+            not depend on it.
         store: where machine code is kept; nowhere if None.
 
     Raises:
@@ -80,10 +82,11 @@ def compile_episode(
         shared = jax.tree.map(_shape, shared_shapes)
         stages, channels = _read(episode, lanes, shared)
     recorded = _recorded(stages.channels, jax.tree.leaves(channels))
-    module = EpisodeModule(stages, _kinds(lanes), recorded, machine, dtype, vectors)
-    return Kernel(
-        channels, module, _kinds(shared), Code.compiled(module.text(), machine, store=store)
+    whole, narrow = (
+        Blocks(EpisodeModule(stages, _kinds(lanes), recorded, machine, dtype, size), store)
+        for size in (vectors, 1)
     )
+    return Kernel(channels, _kinds(shared), whole, narrow)
 
 
 def _shape(x: jax.Array | jax.ShapeDtypeStruct) -> jax.ShapeDtypeStruct:
@@ -133,9 +136,22 @@ def _read(episode: TracedEpisode, lanes: Tree, shared: Tree) -> tuple[Stages, Tr
     return Stages(start, tick, frame[: len(start)], frame[len(start) :]), channels
 
 
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """A program in blocks of one size, compiled when it is first used."""
+
+    module: EpisodeModule
+    store: Store | None
+
+    @cached_property
+    def code(self) -> Code:
+        """The machine code."""
+        return Code.compiled(self.module.text(), self.module.target, store=self.store)
+
+
 @dataclass(frozen=True)
 class Kernel:
-    """A compiled program of lanes.
+    """A program of lanes, in blocks of two sizes.
 
     A lane's results are the same bits whatever its neighbours, the vectors of a block, the
     processor, and the number of threads.
@@ -143,10 +159,16 @@ class Kernel:
 
     channels: Tree
     """Channels of a frame, as `jax.ShapeDtypeStruct` of one lane."""
-    module: EpisodeModule = field(repr=False)
     shared_kinds: tuple[str, ...] = field(repr=False)
     """Types in C of what all lanes share, number by number."""
-    code: Code = field(repr=False)
+    whole: Blocks = field(repr=False)
+    """Blocks of full size."""
+    narrow: Blocks = field(repr=False)
+    """Blocks of one vector, for the last lanes."""
+
+    def blocks_for(self, lanes: int) -> Blocks:
+        """Return the blocks in which the first of so many lanes are rolled out."""
+        return self.narrow if lanes <= self.narrow.module.block else self.whole
 
     def run(
         self,
@@ -172,11 +194,12 @@ class Kernel:
         leaves = [np.asarray(leaf) for leaf in jax.tree.leaves(lanes)]
         count = leaves[0].shape[-1]
         rows = [leaf.reshape(-1, count) for leaf in leaves]
-        blocks = -(-count // self.module.block)
+        blocks = -(-count // self.whole.module.block)
         threads = max(1, min(threads, blocks))
-        group = self._blocks_of_group(blocks, threads, frames)
-        run = _Run(self, rows, self._uniform(shared), frames, ticks_per_frame, group, collect)
-        firsts, lock = iter(range(0, blocks, group)), threading.Lock()
+        group = self._lanes_of_group(blocks, threads, frames)
+        uniform = self._uniform(shared, self.blocks_for(count))
+        run = _Run(self, rows, uniform, frames, ticks_per_frame, group, collect)
+        firsts, lock = iter(range(0, count, group)), threading.Lock()
 
         def next_first() -> int | None:
             with lock:
@@ -189,30 +212,29 @@ class Kernel:
             for future in [pool.submit(run.work, next_first) for _ in range(threads)]:
                 future.result()
 
-    def _uniform(self, shared: Tree) -> np.ndarray:
+    def _uniform(self, shared: Tree, blocks: Blocks) -> np.ndarray:
         """Compute the values that all lanes share, once."""
         memory = aligned(8 * len(self.shared_kinds))
-        uniform = aligned(self.module.uniform_bytes)
+        uniform = aligned(blocks.module.uniform_bytes)
         numbers = [x for leaf in jax.tree.leaves(shared) for x in np.asarray(leaf).reshape(-1)]
         for i, (number, dtype) in enumerate(
             zip(numbers, Rows(self.shared_kinds).dtypes, strict=True)
         ):
             np.ndarray((1,), dtype, memory.data, 8 * i)[0] = number
-        self.code.function("uniform", 2)(memory.ctypes.data, uniform.ctypes.data)
+        blocks.code.function("uniform", 2)(memory.ctypes.data, uniform.ctypes.data)
         return uniform
 
-    def _blocks_of_group(self, blocks: int, threads: int, frames: int) -> int:
-        """Return the blocks per group: as many as the buffer holds, few enough that no thread waits
-        long."""
-        block = self.module.block
-        frame_bytes = self.module.recorded.size * block * frames
-        fits = max(1, _BUFFER_BYTES // max(1, frame_bytes))
-        together = max(1, _LANES_TOGETHER // block)
+    def _lanes_of_group(self, blocks: int, threads: int, frames: int) -> int:
+        """Return the lanes per group: as many blocks as the buffer holds, few enough that no thread
+        waits long."""
+        module = self.whole.module
+        fits = max(1, _BUFFER_BYTES // max(1, module.recorded.size * module.block * frames))
+        together = max(1, _LANES_TOGETHER // module.block)
         shares = -(-blocks // (_GROUPS_OF_THREAD * threads * together)) * together
-        return min(fits, shares)
+        return min(fits, shares) * module.block
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Run:
     """One run of a kernel: the state that all threads share."""
 
@@ -223,39 +245,48 @@ class _Run:
     frames: int
     ticks: int
     group: int
-    """Blocks that are collected at a time."""
+    """Lanes that are collected at a time."""
     collect: Collect
 
     def work(self, next_first: Callable[[], int | None]) -> None:
-        """Roll out group after group, by their first blocks, in memory of this thread's own."""
-        module, code, lanes = self.kernel.module, self.kernel.code, self.rows[0].shape[-1]
-        block, row = module.block, module.block * self.group
+        """Roll out group after group, by their first lanes, in memory of this thread's own."""
+        recorded = self.kernel.whole.module.recorded
+        out = recorded.memory(self.frames, self.group)
+        program = cache(partial(self._program, out))
+        while (first := next_first()) is not None:
+            collected, column = min(self.group, self.rows[0].shape[-1] - first), 0
+            while column < collected:
+                blocks = self.kernel.blocks_for(collected - column)
+                program(blocks)(first + column, column)
+                column += blocks.module.block
+            arrays = recorded.views(out, self.frames, self.group)
+            for array in arrays:  # a block has filled itself up
+                array[..., column:] = array[..., collected - 1 : collected]
+            self.collect(first, collected, self._channels(arrays))
+
+    def _program(self, out: np.ndarray, blocks: Blocks) -> Callable[[int, int], None]:
+        """Return a function of a block's first lane, and its column in `out`, that rolls it out."""
+        module, code = blocks.module, blocks.code
         tables = (module.lane_rows, module.invariant_rows, module.state_rows)
-        inputs, invariant, state = (rows.memory(block) for rows in tables)
-        out = module.recorded.memory(self.frames, row)
+        inputs, invariant, state = (rows.memory(module.block) for rows in tables)
+        memory = inputs, self.uniform, invariant, state, out
         start, episode = code.function("start", 4), code.function("episode", 5, 4)
-        pointers = [memory.ctypes.data for memory in (inputs, self.uniform, invariant, state, out)]
         ends = itertools.accumulate(len(leaf) for leaf in self.rows)
         leaves = [
-            module.lane_rows.view(inputs, end - len(leaf), end, block)
+            module.lane_rows.view(inputs, end - len(leaf), end, module.block)
             for leaf, end in zip(self.rows, ends, strict=True)
         ]
-        while (first := next_first()) is not None:
-            ahead = lanes - first * block
-            blocks = min(self.group, -(-ahead // block))
-            for number in range(blocks):
-                lane = (first + number) * block
-                held = min(block, lanes - lane)
-                for leaf, rows in zip(self.rows, leaves, strict=True):
-                    rows[:, :held] = leaf[:, lane : lane + held]
-                    rows[:, held:] = leaf[:, -1:]
-                start(*pointers[:-1])
-                episode(*pointers, self.frames, self.ticks, row, number * block)
-            collected = min(blocks * block, ahead)
-            arrays = module.recorded.views(out, self.frames, row)
-            for array in arrays:  # a block has filled itself up
-                array[..., blocks * block :] = array[..., collected - 1 : collected]
-            self.collect(first * block, collected, self._channels(arrays))
+
+        def roll_out(lane: int, column: int) -> None:
+            for leaf, rows in zip(self.rows, leaves, strict=True):
+                lanes = leaf[:, lane : lane + module.block]
+                rows[:, : lanes.shape[1]] = lanes
+                rows[:, lanes.shape[1] :] = leaf[:, -1:]
+            pointers = [array.ctypes.data for array in memory]
+            start(*pointers[:-1])
+            episode(*pointers, self.frames, self.ticks, self.group, column)
+
+        return roll_out
 
     def _channels(self, arrays: Sequence[np.ndarray]) -> Tree:
         """Return the recorded channels as arrays [frames, ..., lanes]."""

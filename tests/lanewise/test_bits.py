@@ -86,8 +86,9 @@ def rolled_out(kernel, lanes, shared, frames=6, ticks=5):
 def test_bits_do_not_depend_on_how_hard_the_compiler_tries(optimisation):
     kernel, lanes, shared = episode_kernel("host")
     usually = rolled_out(kernel, lanes, shared)
-    text = kernel.module.text()
-    object.__setattr__(kernel, "code", Code.compiled(text, kernel.module.target, optimisation))
+    for blocks in (kernel.whole, kernel.narrow):
+        code = Code.compiled(blocks.module.text(), blocks.module.target, optimisation)
+        object.__setattr__(blocks, "code", code)
     assert same_bits(rolled_out(kernel, lanes, shared), usually)
 
 
@@ -123,7 +124,7 @@ def test_bits_on_a_64_bit_arm_are_those_of_this_machine(tmp_path, dtype):
 
     kernel, lanes, shared = episode_kernel("host", dtype)
     expected = rolled_out(kernel, lanes, shared)
-    parsed = kernel.module
+    parsed = kernel.whole.module
     vectors = 8 // target_of("aarch64").lanes_of_vector(dtype)
     module = EpisodeModule(
         parsed.stages, parsed.lanes, parsed.recorded, target_of("aarch64"), dtype, vectors
