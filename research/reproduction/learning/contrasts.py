@@ -109,6 +109,8 @@ def comparisons(runs: pd.DataFrame, outcome: str = "merit") -> dict[str, Compari
     """
     on_force = where(runs, runs.senses == "F")
     learned = where(on_force, on_force.architecture.isin(LEARNED_FEEDBACK))
+    frequencies = learned.groupby(DESIGN).omega_t.transform("nunique")
+    learned = where(learned, frequencies == frequencies.max())  # an unfinished study has other
     laws = where(on_force, on_force.architecture == LAW)
 
     def best(rows: pd.DataFrame) -> pd.DataFrame:
