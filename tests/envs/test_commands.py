@@ -13,7 +13,7 @@ import mujoco
 from jointed import jointed_robot
 from places import ROOT
 from refusals import refused
-from tegotae.envs.command import CommandSchedule, VelocityCommand, over_feet
+from tegotae.envs.command import CommandSchedule, VelocityCommand, heading_rate, over_feet
 from tegotae.envs.mujoco.env import ModelEnv, ModelLanes
 from tegotae.envs.mujoco.legs import legs_of
 from tegotae.envs.mujoco.settings import ModelSettings
@@ -82,7 +82,8 @@ def test_a_robot_with_commands_observes_what_its_feet_are_told_and_another_one_d
     names = env.observation_names
     env.close()
     plain = ModelEnv(dataclasses.replace(HEXAPOD, command=()))
-    assert [name for name in names if "odometry" not in name and "commanded" not in name] == [
+    added = ("odometry", "commanded", "root_heading")
+    assert [name for name in names if not any(part in name for part in added)] == [
         *plain.observation_names[: names.index("root_left")],
         "root_left",
         *plain.observation_names[names.index("root_left") :],
@@ -114,10 +115,16 @@ def test_commands_hold_from_their_time_on_and_come_from_a_file(tmp_path):
     )
     schedule = CommandSchedule.from_command(str(file))
     numbers = schedule.commands_at(np.array([0.0, 1.99, 2.0, 50.0]))
-    assert numbers.tolist() == [[0.6, 0, 0], [0.6, 0, 0], [0, 0, 0.5], [0, 0, 0.5]]
-    command = VelocityCommand(forward_m_per_s=0.6)
+    assert numbers[:, :3].tolist() == [[0.6, 0, 0], [0.6, 0, 0], [0, 0, 0.5], [0, 0, 0.5]]
+    assert np.isnan(numbers[:, 3]).all()
+    file.write_text(
+        "time_s,forward_m_per_s,left_m_per_s,yaw_rate_rad_per_s,heading_rad\n0,0,0,1,\n2,0,0,0,0.5\n"
+    )
+    headings = CommandSchedule.from_command(file).commands_at(np.array([0.0, 2.0]))[:, 3]
+    assert headings.tolist() == pytest.approx([np.nan, 0.5], nan_ok=True)
+    command = VelocityCommand(forward_m_per_s=0.6, heading_rad=0.2)
     assert CommandSchedule.from_command(command).commands_at(np.zeros(1)).tolist() == [
-        [0.6, 0.0, 0.0]
+        [0.6, 0.0, 0.0, 0.2]
     ]
 
 
@@ -131,10 +138,29 @@ def test_lanes_have_commands_of_their_own():
 
 
 def test_a_heading_is_turned_to_the_shorter_way_and_not_too_fast():
-    assert VelocityCommand.to_heading(3.0, -3.0).yaw_rate_rad_per_s == pytest.approx(
-        -0.56637, abs=1e-4
+    assert heading_rate(np.array([6.0, -6.0, 2.0, 0.1])) == pytest.approx(
+        [-0.56637, 0.56637, 1.0, 0.2], abs=1e-4
     )
-    assert VelocityCommand.to_heading(2.0, 0.0, forward_m_per_s=0.5).numbers == (0.5, 0.0, 1.0)
+
+
+def test_a_robot_is_told_to_turn_to_its_heading_and_holds_that_which_its_yaw_rate_gave_it():
+    """A robot that does not turn falls behind a yaw rate of 0.2 rad/s, and behind a set-point."""
+    numbers = np.array([[[0.0, 0.0, 0.2, np.nan], [0.0, 0.0, 0.0, -0.3]]])
+    lanes = ModelLanes(HEXAPOD, 2, threads=1, schedule=CommandSchedule(np.zeros(1), numbers))
+    observed = lanes.reset(0, np.ones(2, bool))
+    still = np.tile(lanes.sensing.still, (2, 1))
+    for _ in range(50):
+        observed = lanes.step(still, np.ones(2, bool))[0]
+    lanes.close()
+    columns = {name: observed[:, lanes.names.index(name)] for name in lanes.names[-2:]}
+    error = columns["commanded_heading"] - columns["root_heading"]
+    assert columns["commanded_heading"] == pytest.approx([0.2 * 50 * lanes.batch.step_s, -0.3])
+    assert np.abs(columns["root_heading"]).max() < 0.05
+    feet = lanes.sensing.legs.feet_m[:, :2]
+    turning = np.array([[0.0, 0.0, 0.2 + 2.0 * error[0]], [0.0, 0.0, 2.0 * error[1]]])
+    names = [f"{foot}_commanded_x" for foot in HEXAPOD.feet]
+    felt = observed[:, [lanes.names.index(name) for name in names]]
+    assert felt == pytest.approx(over_feet(turning, feet)[..., 0])
 
 
 @pytest.mark.parametrize(
@@ -187,9 +213,10 @@ def test_displacement_counts_along_the_commanded_path_and_turning_as_the_gyrosco
         "commanded_forward": unit,
         "commanded_left": zero,
         "commanded_yaw_rate": rate * unit,
+        "commanded_heading": rate * time_s,
         "root_forward": share * np.sin(rate * time_s) / rate,
         "root_left": share * (1.0 - np.cos(rate * time_s)) / rate,
-        "root_yaw_rate": (rate + off) * unit,
+        "root_heading": (rate + off) * time_s,
     }
     episode = RobotEpisode(
         time_s=time_s,

@@ -37,6 +37,7 @@ ROBOTS = {
     "sprung": [f"foot{i}" for i in range(4)],
     "boom_leg": ["foot"],
 }
+TURN_RAD = 2.0 * np.pi
 pytestmark = needs_gcc
 
 
@@ -174,7 +175,7 @@ def test_a_law_goes_to_c_that_steps_aside_whose_stride_grows_or_that_is_wary_or_
     node = importlib.import_module("commanded_law").CommandedLaw(tmp_path / "c")
     if name == "raibert":
         joints = np.zeros((4, len(node.joints) // 4))
-        node.odometry(joints, joints, np.ones(4), np.zeros(3))
+        node.odometry(joints, joints, np.zeros(3))
         node.command(0.3, 0.1, 0.2)
     felt = dict.fromkeys(importlib.import_module("legged_link").IMU, 0.9)
     for _ in range(30 if name == "raibert" else 1):  # a placed foot goes on its way
@@ -199,15 +200,16 @@ def test_commands_and_odometry_in_c_are_those_of_the_environment(tmp_path):
     legs, draw = export.legs, np.random.default_rng(3)
     row = {name: export.senses.index(name) for name in export.senses}
     senses = np.zeros((len(row), export.limbs), np.float32)
-    library.tegotae_command(pointer(senses), *map(ctypes.c_float, (0.4, -0.1, 0.6)))
+    library.tegotae_command(pointer(senses), *map(ctypes.c_float, (0.4, -0.1, 0.2, 0.2 + TURN_RAD)))
     expected = over_feet(np.array([[0.4, -0.1, 0.6]]), legs.feet_m[:, :2])[0]
     assert pytest.approx(expected, abs=1e-6) == senses[[row["commanded_x"], row["commanded_y"]]].T
     fastest = np.linalg.norm(expected, axis=1).max()
     assert senses[row["commanded_speed"]] == pytest.approx(np.full(export.limbs, fastest))
     joints, rates = legs.start[None], draw.normal(size=(1, *legs.start.shape))
-    loads, turning = np.array([[3.0, 0.0, 1.0, 9.0]]), draw.normal(size=(1, 3))
-    golden = leg_odometry(legs, joints, rates, loads, turning)[0]
-    arrays = (np.ascontiguousarray(x[0], np.float32) for x in (joints, rates, loads, turning))
+    joints = joints + draw.uniform(-0.05, 0.05, joints.shape)
+    turning = draw.normal(size=(1, 3))
+    golden = leg_odometry(legs, joints, rates, turning)[0]
+    arrays = (np.ascontiguousarray(x[0], np.float32) for x in (joints, rates, turning))
     library.tegotae_odometry(pointer(senses), *map(pointer, arrays))
     odometry = senses[[row["odometry_x"], row["odometry_y"]]].T
     assert odometry == pytest.approx(golden, rel=1e-4, abs=1e-5)
@@ -230,6 +232,8 @@ def test_a_live_controller_takes_commands_and_stops_without(tmp_path):
             assert live.step(measured, dt_s=0.01) == pytest.approx(expected, abs=1e-6)
     refused("takes no command", measuring.command, 0.1)
     refused("left_m_per_s is nan", live.command, 0.1, float("nan"))
+    live.command(0.4, -0.1, 0.2, heading_error_rad=0.2 + TURN_RAD)
+    assert live.step(measured, dt_s=0.01) == pytest.approx(measuring.step(senses, dt_s=0.01), 1e-5)
 
 
 def test_a_law_with_commands_is_simulated_under_one_and_another_law_refuses_it(tmp_path):

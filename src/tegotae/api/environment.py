@@ -79,8 +79,8 @@ class EpisodeEvaluation(MetricOptions, total=False):
     omega: Annotated[Sequence[float] | None, "frequencies [rad/s]"]
     command: Annotated[
         Sequence[str] | Sequence[float] | Path | None,
-        "of a robot that takes commands: forward, left [m/s] and yaw rate [rad/s], or a file "
-        "FILE.csv of them over time",
+        "of a robot that takes commands: forward, left [m/s], yaw rate [rad/s] and, if it is to "
+        "turn to one, a heading [rad]; or a file FILE.csv of them over time",
     ]
     starts: Annotated[int, "episodes of each run, where the environment has noise", 32]
     settings: Annotated[
@@ -125,9 +125,10 @@ class EnvironmentController(LoadedController):
 
         Args:
             duration_s: length of the episode [s].
-            command: of a robot that takes commands: forward, left [m/s] and yaw rate [rad/s], or a
-                file FILE.csv of them over time, with the columns `time_s`, `forward_m_per_s`,
-                `left_m_per_s` and `yaw_rate_rad_per_s`.
+            command: of a robot that takes commands: forward, left [m/s], yaw rate [rad/s] and, if
+                it is to turn to one, a heading [rad]; or a file FILE.csv of them over time, with
+                the columns `time_s`, `forward_m_per_s`, `left_m_per_s`, `yaw_rate_rad_per_s` and
+                `heading_rad`.
 
         Raises:
             TegotaeError: for a command of a robot that takes none, or one that is none.

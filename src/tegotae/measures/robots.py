@@ -246,8 +246,8 @@ def followed(episode: RobotEpisode) -> float | None:
     asked = _commanded(episode)
     if asked is None:
         return None
-    forward, left, turned = asked[0], asked[1], np.cumsum(asked[2]) * episode.step_s
-    direction = np.exp(1j * turned) * (forward + 1j * left)
+    forward, left, _, heading = asked
+    direction = np.exp(1j * heading) * (forward + 1j * left)
     distance = float(np.abs(direction).sum()) * episode.step_s
     place = episode["root_forward"] + 1j * episode["root_left"]
     unit = direction[1:] / np.maximum(np.abs(direction[1:]), 1e-9)
@@ -262,11 +262,13 @@ def heading_error_rad(episode: RobotEpisode) -> float | None:
     asked = _commanded(episode)
     if asked is None:
         return None
-    return float((episode["root_yaw_rate"] - asked[2]).sum()) * episode.step_s
+    return float(episode["root_heading"][-1] - asked[3, -1])
 
 
 def _commanded(episode: RobotEpisode) -> np.ndarray | None:
-    """Return forward, left [m/s] and yaw rate [rad/s], [3, steps]; None without commands."""
+    """Return forward, left [m/s], yaw rate [rad/s] and heading [rad], [4, steps]; None without
+    commands.
+    """
     if not {*COMMANDED} <= {*episode.names}:
         return None
     return np.array([episode[name] for name in COMMANDED])

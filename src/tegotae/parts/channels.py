@@ -21,8 +21,8 @@ FOOT = ("foot_x", "foot_z")
 FOOT_ASIDE = (*FOOT, "foot_y")
 """The same and to the left [m], for a robot whose hips turn outwards."""
 
-COMMANDED = ("commanded_forward", "commanded_left", "commanded_yaw_rate")
-"""Entries of an observation that are a robot's command [m/s, m/s, rad/s]."""
+COMMANDED = ("commanded_forward", "commanded_left", "commanded_yaw_rate", "commanded_heading")
+"""Entries of an observation that are a robot's command [m/s, m/s, rad/s, rad]."""
 
 
 @dataclass(frozen=True)

@@ -100,6 +100,7 @@ def leg_facts(export: Export) -> dict[str, Any]:
     if legs is None:
         return {"has_legs": False, "has_odometry": False, "legs": []}
     from tegotae.envs.mujoco.chains import STEPS, has_closed_form
+    from tegotae.envs.mujoco.legs import STANDS
 
     order, axes = _wired(export)
     unit = np.where(legs.chains.slides, legs.length_m, 1.0)
@@ -118,6 +119,8 @@ def leg_facts(export: Export) -> dict[str, Any]:
         "length": floating(legs.length_m),
         "has_odometry": has_odometry(export),
         "rolling": floating(1.0 + legs.rolling),
+        "stands": floating(STANDS),
+        "rises": floating(legs.rising_m_per_s / legs.length_m),
         "table": ",\n".join(wrapped(row) for row in table),
         "places": ", ".join(places),
     }

@@ -3,6 +3,7 @@ microseconds between."""
 
 from __future__ import annotations
 
+import math
 import reprlib
 import time
 from collections.abc import Callable, Mapping
@@ -205,6 +206,7 @@ class LiveController:
         forward_m_per_s: float = 0.0,
         left_m_per_s: float = 0.0,
         yaw_rate_rad_per_s: float = 0.0,
+        heading_error_rad: float = 0.0,
     ) -> None:
         """Command a robot on legs from the next step on; it stops before the first command.
 
@@ -214,6 +216,8 @@ class LiveController:
             forward_m_per_s: forward; backward below zero.
             left_m_per_s: to the left.
             yaw_rate_rad_per_s: turning to the left.
+            heading_error_rad: how far a heading is to the left of the robot's own, to which it
+                turns, too.
 
         Raises:
             TegotaeError: for a controller without commands, or what is no finite number.
@@ -226,8 +230,10 @@ class LiveController:
         for name, number in numbers.items():
             require_finite(name, number)
         ahead, beside = np.array(self._native.feet_m).T
-        x = forward_m_per_s - yaw_rate_rad_per_s * beside
-        y = left_m_per_s + yaw_rate_rad_per_s * ahead
+        towards = math.remainder(heading_error_rad, 2.0 * math.pi)
+        turning = yaw_rate_rad_per_s + min(max(2.0 * towards, -1.0), 1.0)
+        x = forward_m_per_s - turning * beside
+        y = left_m_per_s + turning * ahead
         speed = float(np.hypot(x, y).max())
         self._commanded = {"commanded_x": x, "commanded_y": y, "commanded_speed": speed}
 

@@ -19,7 +19,7 @@ from tegotae._support.errors import (
     require_known,
 )
 from tegotae.envs._types import Info, MjModel, Seeds
-from tegotae.envs.command import CommandSchedule, over_feet
+from tegotae.envs.command import CommandSchedule, heading_rate, over_feet
 from tegotae.envs.mujoco.legs import AXES
 from tegotae.envs.mujoco.sensing import Sensing, is_sound, sensing
 from tegotae.envs.mujoco.settings import PACKAGED, ModelSettings
@@ -240,13 +240,16 @@ class ModelLanes:
         self._weight_n = float(model.body_mass.sum()) * (gravity_m_per_s2(model) or 1.0)
         self._length_m, self._done = np.ones(lanes), np.zeros(lanes, int)
         self._was = np.zeros((2, lanes))  # forward [m] and work [J] at the last step
+        self._heading = np.zeros((2, lanes))  # by the gyroscope, and the set-point [rad]
+        self._yaw_rates = np.zeros(lanes)  # commanded [rad/s]
+        self._yaw_rate = names.index("root_yaw_rate")
         self.names, self._feet_m = (*names, "work"), np.zeros((0, 2))
         if settings.command:
             assert self.sensing.legs is not None
             self._schedule = schedule or CommandSchedule.from_command(settings.command)
             self._feet_m, feet = self.sensing.legs.feet_m[:, :2], self.sensing.feet
             over = [f"{foot}_commanded_{axis}" for foot in feet for axis in AXES[:2]]
-            self.names = (*self.names, *over, "commanded_speed", *COMMANDED)
+            self.names = (*self.names, *over, "commanded_speed", *COMMANDED, "root_heading")
 
     def reset(self, seed: Seeds, where: np.ndarray) -> np.ndarray:
         """Begin a new episode of some lanes; return the observations of all, [lanes, entries]."""
@@ -263,6 +266,7 @@ class ModelLanes:
             where, np.maximum(height - settings.release_m, 1e-6), self._length_m
         )
         self._done = np.where(where, 0, self._done)
+        self._heading = np.where(where, 0.0, self._heading)
         self._was = np.where(where, [forward, np.zeros(self.lanes)], self._was)
         for lane in np.flatnonzero(where):
             self.troubles[lane] = ""
@@ -284,6 +288,9 @@ class ModelLanes:
         if push_n is None:
             push_n = self._push((self._done[0] + 0.5) * self.batch.step_s)
         observation, length = self.batch.step(actions, push_n, alive), self._length_m
+        if len(self._feet_m):
+            rates = observation[:, self._yaw_rate], self._yaw_rates
+            self._heading = self._heading + self.batch.step_s * np.stack(rates)
         self._done = self._done + 1
         forward, height, upright = observation[:, self._root].T
         was, self._was = self._was, np.stack([forward, self.batch.work_j])
@@ -302,9 +309,14 @@ class ModelLanes:
         columns = [observation, self.batch.work_j[:, None]]
         if len(self._feet_m):
             command = self._schedule.commands_at(self._done * self.batch.step_s)
-            over = over_feet(command, self._feet_m)
+            given, (heading, set_point) = command[:, 3], self._heading
+            command[:, 3] = self._heading[1] = np.where(np.isnan(given), set_point, given)
+            turning = command[:, :3].copy()
+            turning[:, 2] += heading_rate(command[:, 3] - heading)
+            over = over_feet(turning, self._feet_m)
             fastest = np.linalg.norm(over, axis=-1).max(axis=1, keepdims=True)
-            columns += [over.reshape(self.lanes, -1), fastest, command]
+            columns += [over.reshape(self.lanes, -1), fastest, command, heading[:, None]]
+            self._yaw_rates = command[:, 2]
         return np.concatenate(columns, axis=1)
 
     def close(self) -> None:

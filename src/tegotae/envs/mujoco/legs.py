@@ -31,6 +31,10 @@ _BLOCK = 32
 _MOVES = 1e-6
 """A foot moves if its Jacobian, over the length of the leg, has an entry above this."""
 
+STANDS, _RISES = 0.06, 0.18
+"""A foot stands within this height over the lowest one, over the leg's length l, and while it does
+not rise faster than this over √(g l)."""
+_G_M_PER_S2 = 9.81
 _LEAST_M = 0.01
 """Length of a leg."""
 _OUTSIDE = 0.01
@@ -149,6 +153,11 @@ class LegKinematics:
         relative = self._computed(_moving, moved=moved, rates=rates / self._unit)
         relative = (1.0 + self.rolling) * relative
         return -self.length_m * (relative + np.cross(turning[:, None], foot))
+
+    @property
+    def rising_m_per_s(self) -> float:
+        """Speed up at which a foot counts as swinging [m/s]."""
+        return _RISES * math.sqrt(_G_M_PER_S2 * self.length_m)
 
     @property
     def feet_m(self) -> np.ndarray:

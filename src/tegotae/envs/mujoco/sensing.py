@@ -10,7 +10,7 @@ import numpy as np
 from tegotae._support.errors import TegotaeError, require, require_finite, unknown
 from tegotae.envs._types import MjModel, MjSpec
 from tegotae.envs.command import over_feet
-from tegotae.envs.mujoco.legs import AXES, LegKinematics, legs_of, resting
+from tegotae.envs.mujoco.legs import AXES, STANDS, LegKinematics, legs_of, resting
 from tegotae.envs.mujoco.settings import ModelSettings, compiled_model
 from tegotae.envs.scaling import started
 
@@ -174,14 +174,14 @@ class Sensing:
         load = np.maximum(force[..., 2], 0.0)
         if not self.has_odometry:
             return np.concatenate([values, load], axis=-1)
-        over = self._odometry(data, load).reshape(*load.shape[:-1], -1)
+        over = self._odometry(data).reshape(*load.shape[:-1], -1)
         return np.concatenate([values, load, over], axis=-1)
 
-    def _odometry(self, data: np.ndarray, load: np.ndarray) -> np.ndarray:
+    def _odometry(self, data: np.ndarray) -> np.ndarray:
         assert self.legs is not None
         rates = np.where(self.legs.joints >= 0, data[..., self.rates], 0.0)
         angles, turning = data[..., self.angles], data[..., self.turning]
-        return leg_odometry(self.legs, angles, rates, load, turning)
+        return leg_odometry(self.legs, angles, rates, turning)
 
     @cached_property
     def _conversion(self) -> tuple[np.ndarray, ...]:
@@ -197,29 +197,31 @@ class Sensing:
 
 
 def leg_odometry(
-    legs: LegKinematics,
-    joints: np.ndarray,
-    rates: np.ndarray,
-    load: np.ndarray,
-    turning: np.ndarray,
+    legs: LegKinematics, joints: np.ndarray, rates: np.ndarray, turning: np.ndarray
 ) -> np.ndarray:
     """Return the velocity of a trunk over each of its feet, by the legs that stand.
 
-    That of the trunk is a mean of what the feet tell (`LegKinematics.trunk_velocities_m_per_s`),
-    with the fourth power of the load as weight: a leg in the air counts for nothing.
+    That of the trunk is a mean of what the feet tell (`LegKinematics.trunk_velocities_m_per_s`).
+    A foot counts the less, the higher it is over the lowest one and the faster the trunk would rise
+    over it, with the weight
+
+        exp(-(h / 0.06 l)² - (v_z / 0.18 √(g l))²).
+
+    Torques do not tell: at a run those of a swinging leg are as large as of a standing one.
 
     Args:
         legs: their geometry.
         joints: [rad or m], [lanes, legs, joints].
         rates: of the joints, likewise.
-        load: upward force on each foot [N], [lanes, legs].
         turning: the gyroscope's [rad/s], [lanes, 3].
 
     Returns:
         Forward and to the left in the axes of the trunk [m/s], [lanes, legs, 2].
     """
     estimates = legs.trunk_velocities_m_per_s(joints, rates, turning)
-    share = (load / np.maximum(load.max(axis=-1, keepdims=True), 1e-9)) ** 4
+    height = legs.places_of(joints)[..., 2] + legs.feet_m[:, 2]
+    above = (height - height.min(axis=-1, keepdims=True)) / (STANDS * legs.length_m)
+    share = np.exp(-(above**2) - (estimates[..., 2] / legs.rising_m_per_s) ** 2)
     share /= np.maximum(share.sum(axis=-1, keepdims=True), 1e-9)
     trunk = (share[..., None] * estimates[..., :2]).sum(axis=-2)
     return over_feet(np.concatenate([trunk, turning[..., 2:]], axis=-1), legs.feet_m[:, :2])

@@ -58,10 +58,12 @@ class ModelSettings(Part):
         legs: whether feet are commanded to places, and not joints: with the actions `FOOT_x`,
             `FOOT_y`, `FOOT_z` from each foot's place in the model's start, forward, to the left and
             up in the axes of the trunk [m]. Inverse kinematics of the leg sets its servos.
-        command: forward, left [m/s] and yaw rate [rad/s] that a robot with `legs` is to have, or a
-            CSV of them over time (`CommandSchedule`). With one, its odometry and the commanded
-            velocity over each foot are observed: `FOOT_odometry_x`, `FOOT_commanded_x` and `_y`
-            [m/s], forward and to the left in the axes of the trunk, and `commanded_speed`.
+        command: forward, left [m/s] and yaw rate [rad/s] that a robot with `legs` is to have, a
+            heading [rad] as a fourth, or a CSV of them over time (`CommandSchedule`). With one, its
+            odometry and the commanded velocity over each foot are observed: `FOOT_odometry_x`,
+            `FOOT_commanded_x` and `_y` [m/s], forward and to the left in the axes of the trunk, and
+            `commanded_speed`. It turns to its heading, that of the yaw rate without another
+            (`heading_rate`); `root_heading` is that of the gyroscope.
         mass_factor: what all masses and inertias are multiplied by, to test robustness.
         friction_factor: what all sliding friction is multiplied by, likewise.
         effort: what a unit of work, over weight and length, costs in the reward.

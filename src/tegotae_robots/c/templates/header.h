@@ -91,14 +91,15 @@ void @prefix@_loads(float joints[@PREFIX@_LIMBS][@PREFIX@_JOINTS],
 
 % end has_legs
 % has_odometry
-/** Command the robot: forward and to the left [m/s], and turning to the left [rad/s]. */
-void @prefix@_command(@prefix@_inputs *in, float forward, float left, float yaw_rate);
+/** Command the robot: forward and to the left [m/s], and turning to the left [rad/s]. It turns to
+    a heading, too, if it is given by how much that is to the left of its own [rad]; else 0. */
+void @prefix@_command(@prefix@_inputs *in, float forward, float left, float yaw_rate,
+    float heading_error);
 
 /** Leg odometry: the velocity of the trunk over every foot, from the joints, their rates [rad/s],
-    the loads of the feet, and a gyroscope in the axes of the trunk [rad/s]. */
+    and a gyroscope in the axes of the trunk [rad/s]. */
 void @prefix@_odometry(@prefix@_inputs *in, float joints[@PREFIX@_LIMBS][@PREFIX@_JOINTS],
-    float rates[@PREFIX@_LIMBS][@PREFIX@_JOINTS], float loads_n[@PREFIX@_LIMBS],
-    const float turning[3]);
+    float rates[@PREFIX@_LIMBS][@PREFIX@_JOINTS], const float turning[3]);
 
 % end has_odometry
 % has_action

@@ -236,9 +236,12 @@ void @prefix@_loads(float joints[@PREFIX@_LIMBS][@PREFIX@_JOINTS],
 % end has_legs
 
 % has_odometry
-void @prefix@_command(@prefix@_inputs *in, float forward, float left, float yaw_rate)
+void @prefix@_command(@prefix@_inputs *in, float forward, float left, float yaw_rate,
+    float heading_error)
 {
+    const float towards = 2.0f * remainderf(heading_error, 6.2831853f);
     float speed = 0.0f;
+    yaw_rate += fminf(fmaxf(towards, -1.0f), 1.0f);
     for (int i = 0; i < @PREFIX@_LIMBS; ++i) {
         in->commanded_x_m_per_s[i] = forward - (yaw_rate * LENGTH_M * LEGS[i].foot[1]);
         in->commanded_y_m_per_s[i] = left + (yaw_rate * LENGTH_M * LEGS[i].foot[0]);
@@ -250,16 +253,10 @@ void @prefix@_command(@prefix@_inputs *in, float forward, float left, float yaw_
 }
 
 void @prefix@_odometry(@prefix@_inputs *in, float joints[@PREFIX@_LIMBS][@PREFIX@_JOINTS],
-    float rates[@PREFIX@_LIMBS][@PREFIX@_JOINTS], float loads_n[@PREFIX@_LIMBS],
-    const float turning[3])
+    float rates[@PREFIX@_LIMBS][@PREFIX@_JOINTS], const float turning[3])
 {
-    float most = 1e-9f;
-    for (int i = 0; i < @PREFIX@_LIMBS; ++i) {
-        most = fmaxf(most, loads_n[i]);
-    }
-    float share = 1e-9f;
-    float forward = 0.0f;
-    float left = 0.0f;
+    motion_result feet[@PREFIX@_LIMBS];
+    float lowest = 1e9f;
     for (int i = 0; i < @PREFIX@_LIMBS; ++i) {
         const leg_geometry *leg = &LEGS[i];
         float moved[@joints@];
@@ -268,12 +265,20 @@ void @prefix@_odometry(@prefix@_inputs *in, float joints[@PREFIX@_LIMBS][@PREFIX
             moved[k] = (joints[i][k] - leg->start[k]) / leg->unit[k];
             over[k] = rates[i][k] / leg->unit[k];
         }
-        const motion_result foot = motion(leg, moved, over);
-        const float load = loads_n[i] / most;
-        const float bears = load * load * load * load;
-        share += bears;
-        forward -= bears * ((@rolling@ * foot.velocity_x) + (turning[1] * foot.foot_z) - (turning[2] * foot.foot_y));
-        left -= bears * ((@rolling@ * foot.velocity_y) + (turning[2] * foot.foot_x) - (turning[0] * foot.foot_z));
+        feet[i] = motion(leg, moved, over);
+        lowest = fminf(lowest, feet[i].foot_z);
+    }
+    float share = 1e-9f;
+    float forward = 0.0f;
+    float left = 0.0f;
+    for (int i = 0; i < @PREFIX@_LIMBS; ++i) {
+        const motion_result foot = feet[i];
+        const float above = (foot.foot_z - lowest) / @stands@;
+        const float rises = ((@rolling@ * foot.velocity_z) + (turning[0] * foot.foot_y) - (turning[1] * foot.foot_x)) / @rises@;
+        const float stands = expf(-(above * above) - (rises * rises));
+        share += stands;
+        forward -= stands * ((@rolling@ * foot.velocity_x) + (turning[1] * foot.foot_z) - (turning[2] * foot.foot_y));
+        left -= stands * ((@rolling@ * foot.velocity_y) + (turning[2] * foot.foot_x) - (turning[0] * foot.foot_z));
     }
     for (int i = 0; i < @PREFIX@_LIMBS; ++i) {
         in->odometry_x_m_per_s[i] = LENGTH_M * ((forward / share) - (turning[2] * LEGS[i].foot[1]));
