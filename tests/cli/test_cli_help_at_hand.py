@@ -19,6 +19,15 @@ from tegotae.cli.output import OutputOptions
 from tegotae.cli.program import CommandGroup
 
 
+def test_help_of_a_subject_has_its_options_and_examples_alone(capsys):
+    assert main(["train", "ART", "--help"]) == 0
+    text = capsys.readouterr().out
+    assert "tegotae train ART --generations 40" in text
+    assert "go1" not in text
+    assert "--wiring" not in text
+    assert "--no-follow-omega       Turn this off: " in text
+
+
 @pytest.fixture
 def diagnosis(capsys):
     assert main(["doctor", "--json"]) == 0

@@ -235,10 +235,16 @@ def copy_of(folder: Path, to: Path) -> Path:
     return to
 
 
-def without_configuration(folder: Path) -> None:
-    with np.load(folder / "checkpoint.npz") as stored:
-        arrays = {name: stored[name] for name in stored.files if name != "configuration"}
-    np.savez(folder / "checkpoint.npz", **arrays)
+def with_arrays(change):
+    """A change of the arrays of a checkpoint."""
+
+    def changed_file(folder: Path) -> None:
+        with np.load(folder / "checkpoint.npz") as stored:
+            arrays = dict(stored)
+        change(arrays)
+        np.savez(folder / "checkpoint.npz", **arrays)
+
+    return changed_file
 
 
 def without(section: str, entry: str):
@@ -266,7 +272,14 @@ DAMAGE = {
         changed("checkpoint.npz", lambda x: x.replace(b"\x93NUMPY", b"\x93NUMPI")),
         CHECKPOINT,
     ),
-    "one that does not say what it is of": (without_configuration, CHECKPOINT),
+    "one that does not say what it is of": (
+        with_arrays(lambda arrays: arrays.pop("configuration")),
+        CHECKPOINT,
+    ),
+    "one whose search has one more array": (
+        with_arrays(lambda arrays: arrays.update(leaf8=np.zeros(1))),
+        r"checkpoint\.npz is of another version of this learner, .* or start again with",
+    ),
     **{
         f"an account that is {text!r}": (changed("run.json", lambda _, text=text: text), ACCOUNT)
         for text in (b"", b"{", b"[]", b"null", b'{"configuration": [1]}', b"\xff")

@@ -60,6 +60,7 @@ class Trainee:
         option_defaults, _ = _options_of(self.experiment)
         hidden = () if isinstance(self.settings, Algorithm) else _OF_POPULATIONS
         hidden += () if isinstance(self.settings, AgentSettings) else _OF_AGENTS
+        hidden += ("environment",) if isinstance(self.experiment, Experiment) else ()
         return {
             **option_defaults(self.experiment),
             "out": self.folder,
@@ -313,8 +314,9 @@ def train(
     require_count("seeds", seeds, most=MOST_SEEDS)
     require_count("first_seed", first_seed, least=0, most=2**31 - 1 - seeds)
     trainee = _trainee(**arguments)
-    by_name = {x: None for x in ("body", "fitness") if not isinstance(arguments[x], Mapping)}
-    values = filled({**arguments, **by_name, "algorithm": trainee.settings}, trainee.defaults())
+    done = dict.fromkeys(x for x in ("body", "fitness") if not isinstance(arguments[x], Mapping))
+    done |= {"environment": None, "algorithm": trainee.settings}
+    values = filled({**arguments, **done}, trainee.defaults())
     _, adjusted = _options_of(trainee.experiment)
     experiment = adjusted(trainee.experiment, vars(values))
     learner = trainee.learner(values, experiment)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import inspect
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
@@ -23,7 +23,7 @@ from tegotae.api.parameters import (
 from tegotae.cli.kept_texts import HELP
 from tegotae.cli.output import OutputOptions, output_options, result_of
 from tegotae.cli.program import Command
-from tegotae.cli.words import help_text, known_options, split, values_of
+from tegotae.cli.words import flag_of, help_text, known_options, split, values_of
 
 _BODY = Option(
     "body",
@@ -114,7 +114,19 @@ class FunctionCall:
         names = self.names or (("NAME",) if self.subjects else ())
         usage = " ".join([self.prog, *names, "[OPTIONS]"])
         text = "\n\n".join(filter(None, [text, " ".join(footer)]))
-        return help_text(usage, text, groups, self.command.examples)
+        return help_text(usage, text, groups, self._examples(options.values()))
+
+    def _examples(self, options: Iterable[Option]) -> list[str]:
+        """Return the command's examples, with the given names, as far as it has these options."""
+        if not self.names:
+            return [*self.command.examples]
+        flags, lines = {*map(flag_of, options)}, dict[str, None]()
+        for example in self.command.examples:
+            _, calls = split(shlex.split(example.removeprefix(self.prog)))
+            if all(flag in flags for flag, _ in calls):
+                words = [x for flag, values in calls for x in (flag, *values)]
+                lines[" ".join([self.prog, *map(shlex.quote, (*self.names, *words))])] = None
+        return [*lines]
 
     def run(self) -> None:
         """Call the function, and show its result."""

@@ -153,7 +153,8 @@ def help_text(
 def _lines(option: Option) -> list[str]:
     """Return the lines of help about an option."""
     first = f"  {flag_of(option)} {metavar(option.kind)}".rstrip()
-    text = option.description + _default(option.value)
+    turned_off = "Turn this off: " if option.value is True else ""
+    text = turned_off + option.description + _default(option.value)
     indent = " " * _WIDE
     below = textwrap.wrap(text, WIDTH, initial_indent=indent, subsequent_indent=indent) or [""]
     if len(first) <= _WIDE - 2:

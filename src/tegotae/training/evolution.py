@@ -334,7 +334,7 @@ class Evolution(Learner):
     def _progress(self, run: Run[Any], arrays: Arrays) -> Progress:
         """Return the progress of a state's arrays."""
         leaves, structure = jax.tree.flatten(self.start(run.experiment, run.seeds))
-        stored = [arrays[f"leaf{i}"] for i in range(len(leaves))]
+        stored = [arrays[f"leaf{i}"] for i in range(len(arrays))]
         for ours, theirs in zip(leaves, stored, strict=True):
             if (ours.shape, ours.dtype) != (theirs.shape, theirs.dtype):
                 raise ValueError("shapes or types differ")

@@ -275,13 +275,20 @@ def read_checkpoint(out: Path, run: Run[Any]) -> TrainingState:
             )
         rows = arrays.pop("points").tolist()
         points = tuple(CurvePoint(int(row[0]), *row[1:]) for row in rows)
-        return run.learner.resumed(run, points, arrays)
     except OSError as error:
         raise TegotaeError(f"cannot read {path}: {error.strerror}") from None
     except (TypeError, ValueError, KeyError) as error:
         if isinstance(error, TegotaeError) and not isinstance(error, DamagedDocumentError):
             raise
         raise TegotaeError(f"{path} is damaged; {_REMEDY}") from None
+    try:
+        return run.learner.resumed(run, points, arrays)
+    except (TypeError, ValueError, KeyError) as error:
+        if isinstance(error, TegotaeError):
+            raise
+        raise TegotaeError(
+            f"{path} is of another version of this learner, from which it cannot continue; {_OTHER}"
+        ) from None
 
 
 def write_curves(path: Path, points: Sequence[CurvePoint]) -> None:

@@ -94,8 +94,8 @@ class Fitness(_SettledHops):
     Args:
         settle_s: time at the start of an episode that does not count [s].
         work: definition of work, one of "absolute", "positive", "net".
-        follow_omega: ΔΩ counts unless this is off; it never counts without an oscillator, nor in
-            the paper's comparison of algorithms (Fig. 3).
+        follow_omega: subtract ΔΩ, which is nothing without an oscillator, nor in the paper's
+            comparison of algorithms (Fig. 3).
         frequency_weight: weight w of ΔΩ [m/J per rad²/s²].
 
     Raises:
@@ -180,7 +180,7 @@ class HoppingLegs(_SettledHops):
 
     Args:
         settle_s: time at the start of an episode that does not count [s].
-        follow_omega: ΔΩ counts unless this is off; it never counts without an oscillator.
+        follow_omega: subtract ΔΩ, which is nothing without an oscillator.
 
     Raises:
         TegotaeError: for a negative time.

@@ -126,7 +126,7 @@ class Hopping(EnvObjective):
 
     Args:
         settle_s: time at the start of an episode that does not count [s].
-        follow_omega: ΔΩ counts unless this is off.
+        follow_omega: subtract ΔΩ.
         work: definition of work, one of "absolute", "positive", "net"; the wiring names the entry
             of the observation that measures it.
 
