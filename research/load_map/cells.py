@@ -24,7 +24,7 @@ LOAD_SENSES = ("spring_force", "spring_force_rate")
 WALK, HOP = Timing(duration_s=40.0, tick_s=0.0125, frame_s=0.25), Timing(tick_s=0.004, frame_s=0.1)
 """Timing of an episode of walkers [√(l0/g)] and of legs that hop [s]."""
 SLIP_S = 1.5
-"""Time in which a leg gains half a cycle."""
+"""Time in which a leg gains half a cycle, or a number `slip` of cycles."""
 
 
 @traceable
@@ -68,6 +68,11 @@ class Cell:
     def held_out(self) -> bool:
         """True if the rule is judged on this cell, and not made of it."""
         return self.body in HELD_OUT
+
+    @property
+    def loses_phase(self) -> bool:
+        """True if the legs' phases start or come apart."""
+        return self.any_phases or self.event == "phase slips"
 
     @cached_property
     def mechanics(self) -> Body:
@@ -141,7 +146,7 @@ class Cell:
         elif self.event == "push":
             changes["push_y_n"] = Step(np.where(leg % 2, 0.45, -0.45), half, half + 1.0)
         elif self.event == "phase slips":
-            gained = omega + alone * np.pi / SLIP_S
+            gained = omega + alone * 2.0 * np.pi * numbers.get("slip", 0.5) / SLIP_S
             changes["omega"] = Step(gained, half, half + SLIP_S)
         if isinstance(getattr(body, "terrain", None), Rough):
             changes["terrain.place"] = (seeds % 97).astype(float)
@@ -208,19 +213,26 @@ _FACTORS: dict[str, dict[str, Any]] = {
 _PAIRS = ("mass high", "soft legs or ground", "rough", "tilt noisy", "leg lost", "ω steps")
 _HOPS = ("hopper", "light bar", "heavy bar", "light plate", "heavy plate")
 _FIRST = ("push", "leg lost", "rough", "phase slips", "tilt noisy")
-_EXPENSIVE = ("rough", "all late", "tilt late")
+_LAST = ("tilt noisy", "leg lost", "rough", "all late", "tilt late")
+_SLIPS = {"event": "phase slips"}
+
+
+def _starts(*bodies: str) -> list[Cell]:
+    """Return the reference cells of bodies, in their gait and from any phases."""
+    return [Cell(body, any_phases=free) for body in bodies for free in (False, True)]
+
+
 CELLS = tuple(
-    [Cell(_Q, any_phases=free) for free in (False, True)]
-    + [Cell("hexapod", any_phases=free) for free in (False, True)]
-    + [Cell(_Q, f, **_FACTORS[f]) for f in _FIRST]
-    + [Cell(body, any_phases=free) for body in (*_HOPS, "biped") for free in (False, True)]
-    + [Cell(body, any_phases=free) for body in HELD_OUT for free in (False, True)]
-    + [Cell(_Q, f, **_FACTORS[f], any_phases=True) for f in _PAIRS if f not in _EXPENSIVE]
-    + [Cell("hexapod", f, **_FACTORS[f]) for f in ("leg lost", "phase slips")]
-    + [Cell("quadruped A", f, **_FACTORS[f]) for f in ("mass high", "phase slips")]
-    + [Cell(_Q, f, **_FACTORS[f]) for f in _FACTORS if f not in (*_FIRST, *_EXPENSIVE)]
-    + [Cell(_Q, f, **_FACTORS[f]) for f in _EXPENSIVE if f not in _FIRST]
-    + [Cell(_Q, "rough", **_FACTORS["rough"], any_phases=True)]
-    + [Cell("quadruped A", "rough", **_FACTORS["rough"])]
+    [*_starts(_Q, "hexapod"), *(Cell(_Q, f, **_FACTORS[f]) for f in _FIRST)]
+    + _starts("hopper", "quadruped A")
+    + [Cell(_Q, f, **_FACTORS[f], any_phases=True) for f in _PAIRS if f not in _LAST]
+    + [Cell(body, "phase slips", **_SLIPS) for body in ("quadruped A", "hexapod")]
+    + _starts("light plate", "heavy plate", "mixed plate", "light bar", "heavy bar", "octopod")
+    + [Cell(_Q, f, **_FACTORS[f]) for f in _FACTORS if f not in (*_FIRST, *_LAST)]
+    + _starts("quadruped G", "biped")
+    + [Cell("quadruped A", f, **_FACTORS[f]) for f in ("mass high", "rough")]
+    + [Cell("hexapod", "leg lost", **_FACTORS["leg lost"])]
+    + [Cell(_Q, f, **_FACTORS[f], any_phases=True) for f in _PAIRS if f in _LAST]
+    + [Cell(_Q, f, **_FACTORS[f]) for f in _LAST if f not in _FIRST]
 )
 """All cells, in the order in which they are measured."""

@@ -16,18 +16,21 @@ from research.frame import Table, main
 from research.legs_limit import strategies
 from research.load_map import laws
 from research.load_map.cells import CELLS, Cell
-from research.load_map.report import ROWS, report
+from research.load_map.report import GENERATIONS, ROWS, report
 from tegotae._support.files import output_folder
 
 FOLDER = Path("runs/load_map")
 SEEDS, POPULATION, STARTS, STD = 10, 12, 2, 0.5
 """Searches of a law in a cell, candidates of a generation, training starts of each, and the first
 deviation of a candidate in units of a number's range."""
-GENERATIONS, DOUBLED = 40, 80
-"""The budget, and its double in some cells; half of the budget is judged in all."""
+DOUBLED = 80
+"""Twice the budget, for some cells; half of the budget is judged in all."""
 DOUBLE = ("quadruped, reference", "quadruped, reference, any phases", "quadruped, rough",
           "hexapod, reference", "light plate, reference")  # fmt: skip
 """Cells whose searches go on to the double of the budget."""
+FIRST = ("quadruped, reference", "quadruped, reference, any phases", "hopper, reference",
+         "hopper, reference, any phases")  # fmt: skip
+"""Cells that get all laws before the others get more than load and clock."""
 JUDGED = 20
 """Starts from which a tuned law is judged; their seeds are below those of the training."""
 UNSEEN = 1_000_000
@@ -37,8 +40,7 @@ def laws_of(cell: Cell) -> tuple[str, ...]:
     """Return the laws that are compared in a cell."""
     if cell.mechanics.limbs == 1:
         return "neither", "load"
-    lost = cell.any_phases or cell.event == "phase slips"
-    return tuple(laws.LAWS)[: 5 if lost and cell.walks else 4]
+    return tuple(laws.LAWS)[: 5 if cell.loses_phase and cell.walks else 4]
 
 
 def tune(only: str = "", dir: Path = FOLDER, generations: int = GENERATIONS) -> None:
@@ -52,6 +54,8 @@ def tune(only: str = "", dir: Path = FOLDER, generations: int = GENERATIONS) -> 
     output_folder(dir)
     named = {cell.name: cell for cell in CELLS if cell.name.startswith(only)}
     full = [(name, law, generations) for name, cell in named.items() for law in laws_of(cell)]
+    later = {"coupled": 1, "both": 2, "neither": 2}
+    full.sort(key=lambda row: 0 if row[0] in FIRST else later.get(row[1], 0))
     more = [(name, law, DOUBLED) for name, law, _ in full if name in DOUBLE]
     table = Table(ROWS, ("cell", "law", "generations"), digits=4)
     table.measure(full + more, lambda name, *how: rows(named[name], *how, dir))
