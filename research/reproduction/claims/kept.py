@@ -60,18 +60,19 @@ def measure_kept(effect: OfTrainings | OfGainMap, folder: Path | None) -> Effect
 
 
 def _estimate_curves(effect: OfTrainings, path: Path) -> EffectEstimate:
-    """Return CoT⁻¹ late in training, one algorithm minus another, averaged over the policies."""
+    """Return CoT⁻¹ late in training, one algorithm minus another, averaged over the policies.
+
+    Both have learned for the simulated time of the one that ends first.
+    """
     curves = groups(read_curves([path]))
     algorithms = (effect.ours, effect.theirs)
     models = dict.fromkeys(model for model, _ in curves)
-    pairs = [
-        (
-            [late_mean(run) for run in curves[model, effect.ours]],
-            [late_mean(run) for run in curves[model, effect.theirs]],
-        )
-        for model in models
-        if all((model, algorithm) in curves for algorithm in algorithms)
-    ]
+    pairs = []
+    for model in models:
+        if all((model, algorithm) in curves for algorithm in algorithms):
+            both = [curves[model, algorithm] for algorithm in algorithms]
+            end_s = min(run["simulated_s"].to_numpy()[-1] for runs in both for run in runs)
+            pairs.append(tuple([late_mean(run, end_s) for run in runs] for runs in both))
     size = float(np.mean([np.mean(theirs) for _, theirs in pairs])) if pairs else np.nan
     return _from_interval(stratified_difference(pairs), size)
 

@@ -90,13 +90,13 @@ def bodies() -> None:
         "study-net": (STUDY, "net"),
         "calibrated-locked": (CALIBRATED, "absolute"),
     }
-    models = [e for e in plan("learning").experiments if not e.name.startswith(("VG", "VT"))]
+    planned = [e for e in plan("learning").experiments if not e.name.startswith(("VG", "VT"))]
     for stage in range(4):
         for file, (reading, work) in tables.items():
             options = dataclasses.replace(reading_named(reading), work=work)
-            by_name = {e.name: options.applied(e) for e in models if _stage(e.name) == stage}
+            by_name = {e.name: options.applied(e) for e in planned if _stage(e.name) == stage}
             table = Table(KEPT / f"{file}.csv", ("model",))
-            table.measure([(x,) for x in by_name], lambda x, of=by_name: rows_of(of[x], RUNS))
+            table.measure([(x,) for x in by_name], lambda x, models=by_name: rows_of(models[x], RUNS))
 
 
 def _stage(name: str) -> int:
