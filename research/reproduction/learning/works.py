@@ -96,7 +96,8 @@ def bodies() -> None:
             options = dataclasses.replace(reading_named(reading), work=work)
             by_name = {e.name: options.applied(e) for e in planned if _stage(e.name) == stage}
             table = Table(KEPT / f"{file}.csv", ("model",))
-            table.measure([(x,) for x in by_name], lambda x, models=by_name: rows_of(models[x], RUNS))
+            cells = [(name,) for name in by_name]
+            table.measure(cells, lambda name, models=by_name: rows_of(models[name], RUNS))
 
 
 def _stage(name: str) -> int:
