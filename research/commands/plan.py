@@ -1,92 +1,66 @@
-"""Plan of Go1's walk under commands: the law that is tuned, the search, and the episodes that judge
-it."""
+"""Plan of Go1's race under commands: the law that is tuned, the search, and the episodes that judge
+it beside a public policy."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from research.go1.plan import Condition
+from tegotae_robots.benchmark.commanded import COMMANDS
+from tegotae_robots.benchmark.conditions import CONDITIONS
 
 FOLDER = Path(__file__).parent
 """Place of the page, its tables and the law."""
 LAW = FOLDER / "raibert.json"
-"""Tuned law."""
-OMEGA_RAD_PER_S = 14.7
-"""Frequency of stepping on the spot before the search; it is tuned, too."""
-START = {
-    "sigma": 2.5,
-    "lift_m": 0.26,
-    "ahead_m": -0.1,
-    "raise_m": 0.0,
-    "roll_m": 0.0,
-    "roll_rate_ms": 0.07,
-    "pitch_m": 0.3,
-    "pitch_rate_ms": 0.14,
-    "forward_s": 0.26,
-    "left_s": 0.3,
-    "lag_per_s": 0.16,
-}
-"""Weights before the search, in units of the robot: l0 = 0.265 m, √(l0 / g) = 0.164 s."""
-SCALES = {
-    "sigma": 0.5,
-    "lift_m": 0.05,
-    "ahead_m": 0.05,
-    "raise_m": 0.05,
-    "roll_m": 0.1,
-    "roll_rate_ms": 0.05,
-    "pitch_m": 0.1,
-    "pitch_rate_ms": 0.05,
-    "forward_s": 0.2,
-    "left_s": 0.2,
-    "lag_per_s": 0.1,
-}
-"""Standard deviation of the first candidates; that of the frequency is a tenth of it."""
+"""Law that is raced. Its numbers are of an earlier search, in the model's own, narrow stance."""
+TUNED_LAW = FOLDER / "tuned.json"
+"""Law after another search from there, in the wide stance; it comes after the race, if it comes."""
+POLICY = Path("go1_policy.onnx")
+"""Joystick policy of MuJoCo Playground (Apache-2.0): its file `sim2sim/onnx/go1_policy.onnx`."""
+POLICY_SERVOS, POLICY_PERIOD_S = (35.0, 0.5), 0.02
+"""Servos [N m/rad, N m s/rad] and period of the policy."""
+LAW_SERVOS, LAW_PERIOD_S = (100.0, 1.0), 0.01
+"""Servos and period of the law."""
 
 Command = tuple[float, float, float]
 """Forward, left [m/s] and yaw rate [rad/s]."""
-
-TRAINED: tuple[tuple[Condition, tuple[Command, ...]], ...] = (
-    (
-        Condition(),
-        ((1.8, 0.0, 0.0), (2.5, 0.0, 0.0), (-0.6, 0.0, 0.0), (0.0, 0.4, 0.0), (0.6, 0.0, 0.8)),
-    ),
-    (Condition(push_m_per_s=1.5), ((0.6, 0.0, 0.0), (1.2, 0.0, 0.0), (0.0, 0.0, 1.0))),
-    (Condition(blocks_m=0.04), ((0.6, 0.0, 0.0), (1.8, 0.0, 0.0))),
-    (Condition(delay_s=0.02), ((1.2, 0.0, 0.0),)),
+TRAINED: tuple[tuple[str, tuple[Command, ...]], ...] = (
+    ("undisturbed", ((2.5, 0.0, 0.0), (0.6, 0.0, 0.0), (0.4, 0.3, 0.0))),
+    ("push 1.5 m/s", ((1.2, 0.0, 0.0), (2.5, 0.0, 0.0))),
+    ("blocks 4 cm", ((0.6, 0.0, 0.0), (1.8, 0.0, 0.0))),
+    ("delay 40 ms", ((1.2, 0.0, 0.0),)),
 )
 """Conditions of the search, and the commands under each."""
-TRAINED_S = 7.0
+TRAINED_S = 6.5
 """Duration of an episode of the search [s]; a push is at 5 s."""
-POPULATION, GENERATIONS = 12, 24
-"""Size of CMA-ES: 3168 episodes of 7 s, one start a generation."""
-PRICE = 0.05
-"""Weight of the cost of transport in the fitness, at most 4."""
+POPULATION, GENERATIONS = 12, 9
+"""Size of CMA-ES: one run of 864 episodes, one start a generation."""
+PRICE, SPEED, HEADING = 0.1, 0.5, 0.3
+"""Weights of the cost of transport, at most 4, and of the errors of displacement and heading, at
+most 1, in the fitness of an episode without a fall, 1 less all of these."""
+SCALES = {
+    "sigma": 0.4,
+    "lift_m": 0.03,
+    "ahead_m": 0.04,
+    "raise_m": 0.03,
+    "roll_m": 0.05,
+    "roll_rate_ms": 0.03,
+    "pitch_m": 0.06,
+    "pitch_rate_ms": 0.03,
+    "forward_s": 0.1,
+    "left_s": 0.1,
+    "lag_per_s": 0.06,
+}
+"""Standard deviation of the first candidates; that of the frequency is a twentieth of it."""
 
-COMMANDS: dict[str, Command] = {
-    "stop": (0.0, 0.0, 0.0),
-    **{f"forward {v:g}": (v, 0.0, 0.0) for v in (0.3, 0.6, 1.2, 1.8, 2.5)},
-    "back 0.6": (-0.6, 0.0, 0.0),
-    "left 0.4": (0.0, 0.4, 0.0),
-    "right 0.4": (0.0, -0.4, 0.0),
-    "turn on the spot 1": (0.0, 0.0, 1.0),
-    "turn right on the spot 1": (0.0, 0.0, -1.0),
-    "curve 0.6, 0.8": (0.6, 0.0, 0.8),
-    "aslant 0.4, 0.3": (0.4, 0.3, 0.0),
-}
-"""Commands that judge the law [m/s, rad/s]."""
-CONDITIONS = {
-    "undisturbed": Condition(),
-    "push 1 m/s": Condition(push_m_per_s=1.0),
-    "push 1.5 m/s": Condition(push_m_per_s=1.5),
-    "mass + 20 %": Condition(mass=1.2),
-    "friction 0.5": Condition(friction=0.5),
-    "blocks 2 cm": Condition(blocks_m=0.02),
-    "blocks 4 cm": Condition(blocks_m=0.04),
-    "delay 20 ms": Condition(delay_s=0.02),
-    "noise 10 %": Condition(noise=0.1),
-}
-"""Conditions that judge the law."""
-STARTS = (8001, 8002, 8003)
-"""Seeds of starts, and of blocks, that the search did not meet."""
-SECONDS = 20.0
-"""Duration of an episode that judges [s]."""
+RACE = list(CONDITIONS)
+"""Conditions of the race, nineteen."""
+AWAY = ("undisturbed", "push 1 m/s")
+"""Conditions on the servos and at the period of the other."""
+NARROW = ("push 1 m/s", "push 1.5 m/s")
+"""Conditions of the same law in the narrow stance."""
+RACED = COMMANDS
+"""Commands of the race."""
+STARTS = (8101, 8102)
+"""Seeds of starts, and of the ground, that the search did not meet."""
+SECONDS = 10.0
+"""Duration of an episode that judges [s]; a push to the left is at 5 s."""
