@@ -5,8 +5,11 @@ import subprocess
 
 import numpy as np
 import pytest
+from matplotlib import rc_context
 from matplotlib.animation import FFMpegWriter
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from PIL import Image
 
 from refusals import refused
 from tegotae import Rollout, Scenario, TegotaeError, Timing
@@ -145,6 +148,37 @@ def test_a_program_that_a_picture_needs_is_asked_for_before_the_work(
     message = one_line_error("simulate", "--animate", str(tmp_path / "a.mp4"))
     assert "needs the program" in message
     assert os.listdir(tmp_path) == []
+
+
+FFMPEG = """#!/bin/sh
+cat > /dev/null
+for film; do :; done
+echo "$*" > "$film"
+"""
+"""A program that takes pictures as ffmpeg does, and writes its options in place of a film."""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="its program is for a shell of POSIX")
+@pytest.mark.parametrize("ending", ["mp4", "webm"])
+def test_a_film_of_ffmpeg_has_pixels_that_browsers_show(tmp_path, ending):
+    program, film = tmp_path / "ffmpeg", tmp_path / f"a.{ending}"
+    program.write_text(FFMPEG)
+    program.chmod(0o700)
+    with rc_context({"animation.ffmpeg_path": str(program)}):
+        write_animation(lambda: Animation(Figure(), lambda frame: None, range(3)), film)
+    options_of_film = film.read_text().partition("-i pipe:")[2]
+    assert "-pix_fmt yuv420p" in options_of_film
+
+
+def test_a_film_without_ffmpeg_has_all_its_pictures(tmp_path):
+    def animation() -> Animation:
+        figure = Figure()
+        line = figure.add_artist(Line2D([0, 1], [0, 1]))
+        return Animation(figure, lambda frame: line.set_ydata([0, frame]), range(3))
+
+    film = write_animation(animation, tmp_path / "a.webp")
+    with Image.open(film) as pictures:
+        assert (pictures.format, pictures.n_frames) == ("WEBP", 3)
 
 
 @pytest.mark.parametrize(

@@ -33,8 +33,8 @@ if TYPE_CHECKING:  # of MuJoCo and Gymnasium, which are extras
     from tegotae.training.environments.replay import Replay
 
 
-_CODECS = {".mp4": "h264", ".webm": "libvpx-vp9"}
-"""Codecs of ffmpeg by the endings that need it."""
+_VIDEOS = (".mp4", ".webm")
+"""Endings that need ffmpeg."""
 FRAMES_PER_S = 25
 """Pictures per simulated second, shown in real time."""
 _DPI = 90
@@ -101,7 +101,7 @@ def write_animation(make: Callable[[], Animation], path: Path | str) -> Path:
             file that cannot be written.
     """
     path = animation_file(path)
-    write = _write_video if path.suffix.lower() in _CODECS else _write_pictures
+    write = _write_video if path.suffix.lower() in _VIDEOS else _write_pictures
     try:
         with styled(), tempfile.TemporaryDirectory() as folder:
             moving, temporary = make(), Path(folder) / path.name
@@ -139,7 +139,9 @@ def _with_256_colours(pictures: Sequence[Image.Image]) -> list[Image.Image]:
 
 
 def _write_video(moving: Animation, path: Path, report: Callable[[int], None]) -> None:
-    writer = FFMpegWriter(fps=FRAMES_PER_S, codec=_CODECS[path.suffix.lower()])
+    # Browsers show no other pixels, and VP9 takes those of Matplotlib in no release.
+    pixels = ("-pix_fmt", "yuv420p")
+    writer = FFMpegWriter(fps=FRAMES_PER_S, codec="h264", extra_args=pixels)
     with writer.saving(moving.figure, str(path), _DPI):
         for number, frame in enumerate(moving.frames, 1):
             moving.draw(frame)
@@ -155,11 +157,11 @@ def animation_file(path: Path | str) -> Path:
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    if suffix not in (".gif", ".webp", *_CODECS):
+    if suffix not in (".gif", ".webp", *_VIDEOS):
         raise TegotaeError(
             f"cannot write an animation as {path.name!r}; use .gif, .webp, .mp4 or .webm"
         )
-    if suffix in _CODECS and not FFMpegWriter.isAvailable():
+    if suffix in _VIDEOS and not FFMpegWriter.isAvailable():
         raise TegotaeError(f"writing {suffix} needs the program ffmpeg; use .gif or .webp")
     return output_file(path)
 
