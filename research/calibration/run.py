@@ -216,7 +216,7 @@ def show(folder: Path) -> None:
     write_text(folder / "choices.md", choices(measured))
     sample = measured.bodies[representative(posteriors[LEVELS.name], measured.places, SAMPLE)]
     readings = candidates(int(sample.max()) + 1)
-    rows = [cells_of(readings[body], PRIOR) for body in sample]
+    rows = [cells_of(readings[body]) for body in sample]
     columns = {choice.name: [row[i] for row in rows] for i, choice in enumerate(PRIOR)}
     tables.write_csv(folder / "readings.csv", {"body": sample.tolist(), **columns})
     figure = posterior_figure(measured.places, posteriors, NAMED["study"], NAMED["program"])

@@ -25,7 +25,7 @@ class MultiverseRun:
     """The multiverse's folder."""
     scale: str = "calibrated"
     """Extent of the multiverse: calibrated (24 readings under which V agrees with the paper, 24
-    models, 8 runs each), full (32 of all possible readings, 4 runs each) or smoke (seconds)."""
+    models, 8 runs each) or smoke (seconds)."""
     readings: int | None = None
     """Number of readings; a larger number includes those of a smaller one. By default the
     scale's."""

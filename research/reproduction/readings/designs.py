@@ -1,10 +1,9 @@
-"""Sets of readings of a multiverse: all that the paper leaves open, or the calibrated ones."""
+"""The readings of a multiverse: those that a calibration on V chose."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,35 +12,15 @@ import numpy as np
 
 from research.reproduction.calibration.prior import PRIOR
 from research.reproduction.calibration.scores import EVALUATED_AS
-from research.reproduction.readings.readings import (
-    CHOICES,
-    AnalysisChoice,
-    Reading,
-    sample_readings,
-)
+from research.reproduction.readings.readings import AnalysisChoice, Reading
 from tegotae._support import tables
-from tegotae._support.errors import TegotaeError, lookup, require_count
+from tegotae._support.errors import TegotaeError, require_count
 from tegotae.parts.bodies import Hopper
 
 CALIBRATED_TABLE = Path(__file__).with_name("calibrated.csv")
 """Readings that stand for those under which V does what the paper says of it."""
 
 _KIND = "table of readings"
-
-
-@dataclass(frozen=True)
-class ReadingDesign:
-    """A way to choose readings.
-
-    Args:
-        name: what it is called.
-        choices: what its readings differ in.
-        readings: the first so many of them.
-    """
-
-    name: str
-    choices: tuple[AnalysisChoice, ...]
-    readings: Callable[[int], list[Reading]]
 
 
 def calibrated_readings(count: int) -> list[Reading]:
@@ -65,44 +44,8 @@ def calibrated_readings(count: int) -> list[Reading]:
 def _calibrated() -> tuple[Reading, ...]:
     cells = tables.read_csv(CALIBRATED_TABLE, [choice.name for choice in PRIOR], kind=_KIND)
     return tuple(
-        reading_of(dict(zip(cells, row, strict=True)), PRIOR)
-        for row in zip(*cells.values(), strict=True)
+        reading_of(dict(zip(cells, row, strict=True))) for row in zip(*cells.values(), strict=True)
     )
-
-
-DESIGNS = {
-    entry.name: entry
-    for entry in (
-        ReadingDesign("open", CHOICES, sample_readings),
-        ReadingDesign("calibrated", PRIOR, calibrated_readings),
-    )
-}
-"""The designs by name."""
-
-
-def design_named(name: str) -> ReadingDesign:
-    """Return the design of a name.
-
-    Raises:
-        TegotaeError: for an unknown one.
-    """
-    return lookup("design of readings", name, DESIGNS)
-
-
-def design_of(names: Iterable[str]) -> ReadingDesign | None:
-    """Return the design whose choices are among the columns of a table, or None if there is
-    none.
-    """
-    fields = set(names)
-    for design in DESIGNS.values():
-        if {choice.name for choice in design.choices} <= fields:
-            return design
-    return None
-
-
-def choices_of(readings: Sequence[Reading]) -> tuple[AnalysisChoice, ...]:
-    """Return the choices in which some readings of one design differ."""
-    return PRIOR if set(readings) <= set(_calibrated()) else CHOICES
 
 
 def selecting(readings: Iterable[Reading]) -> frozenset[str]:
@@ -132,19 +75,19 @@ def selecting_body(body: object) -> frozenset[str]:
 _ON_V = frozenset(EVALUATED_AS.values())
 
 
-def cells_of(reading: Reading, choices: Iterable[AnalysisChoice]) -> list[str]:
+def cells_of(reading: Reading) -> list[str]:
     """Return a reading as the cells of a table, exact to the last bit."""
-    return [str(getattr(reading, choice.name)) for choice in choices]
+    return [str(getattr(reading, choice.name)) for choice in PRIOR]
 
 
-def reading_of(row: Mapping[str, str], choices: Iterable[AnalysisChoice]) -> Reading:
+def reading_of(row: Mapping[str, str]) -> Reading:
     """Return the reading of a table's row.
 
     Raises:
         ValueError: for a cell that no value of the choice is written as.
         TegotaeError: for what no reading is.
     """
-    return Reading(**{choice.name: _value(choice, row[choice.name]) for choice in choices})
+    return Reading(**{choice.name: _value(choice, row[choice.name]) for choice in PRIOR})
 
 
 def _value(choice: AnalysisChoice, cell: str) -> Any:

@@ -6,7 +6,6 @@ import dataclasses
 
 from research.reproduction.readings.readings import Reading
 from tegotae.measures.evaluation import Protocol
-from tegotae.measures.hopping.hopping import LimitCycle
 from tegotae.measures.objectives.fitness import EPISODE, SETTLE_S, Fitness
 from tegotae.parts.fields import replace
 from tegotae.simulation.rollout import Timing
@@ -29,7 +28,7 @@ def experiment_under(
         model: which of the paper's.
         timing: an episode of training.
         settle_s: time in it before it is evaluated [s].
-        protocol: of the evaluation; drop, release, work and tolerances are the reading's.
+        protocol: of the evaluation; drop, release and work are the reading's.
 
     Example:
         >>> from tegotae.systems.recipe import recipe
@@ -37,16 +36,14 @@ def experiment_under(
         0.2
     """
     hopper, protocol = reading.hopper, protocol or Protocol()
-    cycle, length = protocol.limit_cycle, hopper.rest_length_m
+    length = hopper.rest_length_m
     experiment = model.experiment(
-        budget=reading.parameters,
         body=hopper,
         height_m=reading.release * length,
         timing=timing,
         objective=Fitness(
             settle_s=settle_s,
             work=reading.work,
-            follow_omega=reading.follow_omega,
             frequency_weight=reading.frequency_weight,
         ),
         protocol=dataclasses.replace(
@@ -54,12 +51,6 @@ def experiment_under(
             drop_m=reading.drop * length,
             release_m=reading.release * length,
             work=reading.work,
-            limit_cycle=LimitCycle(
-                height_tolerance_m=reading.tolerance * cycle.height_tolerance_m,
-                phase_tolerance_rad=reading.tolerance * cycle.phase_tolerance_rad,
-                max_period=cycle.max_period,
-                min_repeats=cycle.min_repeats,
-            ),
         ),
         search_offsets=reading.tuned_over,
     )

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from research.reproduction.calibration.prior import PRIOR
 from research.reproduction.claims.findings import Finding
-from research.reproduction.readings.designs import choices_of
 from research.reproduction.readings.readings import AnalysisChoice, Reading
 from research.reproduction.readings.verdicts import claim_margin
 
@@ -46,15 +46,14 @@ def influences(readings: Sequence[Reading], findings: Mapping[int, Finding]) -> 
         readings: all readings.
         findings: what comes of the claim, by the number of the reading.
     """
-    choices = choices_of(readings)
     margins = {number: claim_margin(finding) for number, finding in findings.items()}
     numbers = [number for number, value in margins.items() if not np.isnan(value)]
     codes = np.array(
-        [[c.place(getattr(readings[n], c.name)) for n in numbers] for c in choices], float
+        [[c.place(getattr(readings[n], c.name)) for n in numbers] for c in PRIOR], float
     )
     values = np.array([margins[n] for n in numbers])
     if len(numbers) < _FEWEST or np.ptp(values) == 0.0:
-        return [Influence(choice, np.nan, np.nan) for choice in choices]
+        return [Influence(choice, np.nan, np.nan) for choice in PRIOR]
     x, y = _standard_ranks(codes), _standard_ranks(values[None])[0]
     correlations = x @ y
     shuffled = np.random.default_rng(0).permuted(np.tile(y, (_PERMUTATIONS, 1)), axis=1)
@@ -65,7 +64,7 @@ def influences(readings: Sequence[Reading], findings: Mapping[int, Finding]) -> 
             float(rho) if x[i].any() else np.nan,
             float((1 + (strongest >= abs(rho) - 1e-12).sum()) / (1 + _PERMUTATIONS)),
         )
-        for i, (choice, rho) in enumerate(zip(choices, correlations, strict=True))
+        for i, (choice, rho) in enumerate(zip(PRIOR, correlations, strict=True))
     ]
 
 

@@ -1,4 +1,4 @@
-"""Choices that the paper leaves open, and a space-filling sample of its readings."""
+"""Choices that the paper leaves open: one way to read it, and the ranges of its choices."""
 
 from __future__ import annotations
 
@@ -8,20 +8,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae._support.errors import TegotaeError, require_finite
 from tegotae.measures.hopping.signals import check_work
 from tegotae.parts.bodies import Hopper
 from tegotae.parts.terms import Actuation, with_vanilla_settings
-from tegotae.systems.term_sets import BUDGET
-
-PLATEAU = math.inf
-"""A training budget without a number: until training has converged."""
 
 _STANDARD = Hopper()
 _RATIOS = ("natural_frequency", "damping_ratio", "force_ratio")
-_SEED = 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,10 +33,6 @@ class Reading:
         release: height of the release in leg lengths, at rest.
         drop: how far the ground drops in the evaluation, in leg lengths.
         work: definition of work, "net", "positive" or "absolute".
-        follow_omega: whether ΔΩ counts in the fitness.
-        tolerance: factor of the limit cycle's tolerances of apex height and phase.
-        parameters: the budget of trained numbers per controller.
-        episodes: the budget of training per run [episodes]; infinite to train to the plateau.
         mass_kg: mass of the body [kg]; ratios keep their values.
         rest_length_m: rest length of the leg [m]; ratios keep their values.
         frequency_weight: what ΔΩ counts for in the fitness [m/J per rad²/s²]; 1 takes its
@@ -76,10 +65,6 @@ class Reading:
     release: float = 1.2
     drop: float = 0.2
     work: str = "absolute"
-    follow_omega: bool = True
-    tolerance: float = 1.0
-    parameters: int = BUDGET
-    episodes: float = PLATEAU
     mass_kg: float = _STANDARD.mass_kg
     rest_length_m: float = _STANDARD.rest_length_m
     frequency_weight: float = 1.0
@@ -90,7 +75,7 @@ class Reading:
     tuned_over: tuple[float, ...] = (0.0,)
 
     def __post_init__(self) -> None:
-        positive = ("natural_frequency", "force_ratio", "release", "tolerance")
+        positive = ("natural_frequency", "force_ratio", "release")
         for name in (*positive, "mass_kg", "rest_length_m", "newtons_per_feedback"):
             require_finite(name, getattr(self, name), above=0.0)
         require_finite("sector_start", self.sector_start)
@@ -99,9 +84,6 @@ class Reading:
         if self.sector_s is not None:
             require_finite("sector_s", self.sector_s, above=0.0)
         check_work(self.work)
-        require_count("parameters", self.parameters)
-        if not self.episodes >= 1:
-            raise TegotaeError(f"episodes is {self.episodes}; it must be at least 1")
         if self.force_ratio <= 1.0:
             raise TegotaeError(
                 f"force_ratio is {self.force_ratio:g}; an actuator that is to lift the body needs "
@@ -194,77 +176,6 @@ class AnalysisChoice:
         return (value - low) / (high - low)
 
 
-CHOICES = (
-    AnalysisChoice(
-        "natural_frequency",
-        "ωₙ √(l₀/g)",
-        (2.1, 3.0),
-        False,
-        "Below 2.1 a hop at 4 rad/s needs more than the leg's length, undamped; at 3 the leg is as "
-        "stiff as a running human's (k l0 / m g about 10).",
-    ),
-    AnalysisChoice(
-        "damping_ratio",
-        "ζ",
-        (0.05, 0.25),
-        False,
-        "An undriven stance keeps three quarters of its energy at 0.05, and a fifth at 0.25.",
-    ),
-    AnalysisChoice(
-        "force_ratio",
-        "α / mg",
-        (2.0, 6.0),
-        False,
-        "Legged animals and robots push with two to six weights at most; 1 is needed to stand.",
-    ),
-    AnalysisChoice(
-        "release",
-        "release / l₀",
-        (1.0, 1.3),
-        False,
-        "The co-author's program releases at l0; from above 1.3 and with the largest drop the "
-        "softest leg would be pressed to its end.",
-    ),
-    AnalysisChoice(
-        "drop",
-        "drop / l₀",
-        (0.05, 0.3),
-        False,
-        "From a step that is hardly felt to one higher than a good hop.",
-    ),
-    AnalysisChoice(
-        "work",
-        "work",
-        ("net", "positive", "absolute"),
-        True,
-        "By how much negative work counts: it is regained, it is free, or it costs as much.",
-    ),
-    AnalysisChoice("follow_omega", "ΔΩ counts", (False, True), True, "The paper has it both ways."),
-    AnalysisChoice(
-        "tolerance",
-        "tolerance",
-        (0.5, 1.0, 2.0),
-        True,
-        "Half and twice the tolerances of apex height and phase (5 mm, 0.05 rad).",
-    ),
-    AnalysisChoice(
-        "parameters",
-        "parameters",
-        (48, 96, 192),
-        True,
-        "Half and twice the paper's 96: beyond the 128 that it says cannot be trained.",
-    ),
-    AnalysisChoice(
-        "episodes",
-        "training",
-        (1280, 5120, PLATEAU),
-        True,
-        "From 80 generations of 16, an early reading of the paper's 80 episodes, to the plateau.",
-    ),
-)
-"""The choices that readings differ in, with their ranges and the reasons for these."""
-
-
 ALLOWED: Mapping[str, Callable[[Reading], bool]] = {
     "Damper off in flight": lambda reading: reading.flight_damping == 0.0,
     "and sector from 1.75π": lambda reading: (
@@ -273,37 +184,3 @@ ALLOWED: Mapping[str, Callable[[Reading], bool]] = {
 }
 """Readings that the paper's text allows: III-B switches the damper off in flight, and (6) prints
 where the sector starts. The calibration has other values of both, from the co-author's program."""
-
-
-def sample_readings(count: int) -> list[Reading]:
-    """Return a number of readings: the standard one, and points of a scrambled Sobol sequence.
-
-    The sequence fills the ten-dimensional space of `CHOICES` evenly, and more of it adds points to
-    those that were there: reading 7 is the same of 8 and of 64. Reading 0 is what the study uses.
-
-    Raises:
-        TegotaeError: for a count below one.
-
-    Example:
-        >>> sample_readings(3)[0] == Reading(), sample_readings(3) == sample_readings(5)[:3]
-        (True, True)
-    """
-    from scipy.stats import qmc  # slow to import
-
-    require_count("readings", count)
-    # Powers of two, so that the points are balanced; those beyond the count are left out.
-    exponent = max(count - 2, 0).bit_length()
-    points = qmc.Sobol(len(CHOICES), rng=_SEED).random_base2(exponent)[: count - 1]
-    return [Reading(), *(_reading(point) for point in points)]
-
-
-def _reading(point: np.ndarray) -> Reading:
-    values = {
-        choice.name: choice.value_at(float(share))
-        for choice, share in zip(CHOICES, point, strict=True)
-    }
-    # Numbers that a person can copy.
-    rounded: dict[str, Any] = {
-        n: float(f"{v:.4g}") if isinstance(v, float) else v for n, v in values.items()
-    }
-    return Reading(**rounded)

@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from research.reproduction.calibration.prior import PRIOR
 from research.reproduction.cells import require_once, whole_number
 from research.reproduction.claims.counting import Count
 from research.reproduction.claims.estimates import EffectEstimate
 from research.reproduction.claims.findings import Finding
-from research.reproduction.readings.designs import (
-    cells_of,
-    choices_of,
-    design_of,
-    reading_of,
-)
+from research.reproduction.readings.designs import cells_of, reading_of
 from research.reproduction.readings.readings import Reading
 from research.reproduction.readings.verdicts import CLAIMS, FindingsByReading
 from tegotae._support import tables
@@ -38,9 +34,8 @@ def write_multiverse_tables(
     Raises:
         TegotaeError: if they cannot be written.
     """
-    choices = choices_of(readings)
-    names = [choice.name for choice in choices]
-    rows = [[i, *cells_of(reading, choices)] for i, reading in enumerate(readings)]
+    names = [choice.name for choice in PRIOR]
+    rows = [[i, *cells_of(reading)] for i, reading in enumerate(readings)]
     effects = [
         [
             *(reading, omega, finding.claim.name, count.run),
@@ -81,11 +76,9 @@ def read_tables(folder: Path) -> tuple[list[Reading], FindingsByReading]:
 
 
 def _reading(row: dict[str, str], folder: Path) -> Reading:
-    if (design := design_of(row)) is None:
-        raise _no_table(folder / READINGS)
     try:
-        return reading_of(row, design.choices)
-    except ValueError:
+        return reading_of(row)
+    except (KeyError, ValueError):
         raise _no_table(folder / READINGS) from None
 
 
