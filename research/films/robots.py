@@ -20,8 +20,8 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from research.frame import main
-from research.go1.episodes import ROOT, Condition, Course
-from research.go1.plan import ADAPTED, SELECTED
+from research.go1.episodes import ROOT, course_of
+from research.go1.plan import ADAPTED, SELECTED, Condition
 from research.go1.run import calibrated, runs_of
 from tegotae import cli
 from tegotae._support.files import output_folder
@@ -89,7 +89,7 @@ def of_go1(speed_m_per_s: float, condition: Condition, begin_s: float) -> Iterat
     """Yield pictures of Go1 under the selected run of the final law."""
     run = calibrated(runs_of(ADAPTED)[SELECTED])
     omega = run.pace.omega_at(np.array([speed_m_per_s]))
-    course, alive = Course(condition, [START], begin_s + SECONDS), np.ones(1, bool)
+    course, alive = course_of(condition, [START], begin_s + SECONDS), np.ones(1, bool)
     course.reset(np.array([START]), alive)
     law = run.driver_of(1)(course, omega, False)
     states, stride = [], round(EVERY / FRAMES_PER_S / course.step_s)

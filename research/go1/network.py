@@ -20,7 +20,7 @@ from gymnasium.spaces import Box
 from stable_baselines3 import PPO
 
 from research.frame import write_rows
-from research.go1.episodes import FEET, ROOT, Course
+from research.go1.episodes import FEET, ROOT, Course, course_of
 from research.go1.plan import LAWS_FOLDER, OFF_COURSE, PHASES, TRAINED_S, TRAINED_SPEEDS, Phase
 from research.lane_env import LaneEnv
 from tegotae._support.files import output_folder
@@ -170,7 +170,7 @@ class Feet(LaneEnv):
         right = [dataclasses.replace(item, push_m_per_s=-item.push_m_per_s) for item in left]
         sides = (left, range(LANES)), (right, range(LANES, 2 * LANES))
         self.courses = [
-            Course(condition, layouts, TRAINED_S) for side, layouts in sides for condition in side
+            course_of(item, layouts, TRAINED_S) for side, layouts in sides for item in side
         ]
         names = self.courses[0].names
         self._read, self._price = entries_of(self.courses[0]), phase.price

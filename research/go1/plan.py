@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
+
+from tegotae_robots.benchmark.conditions import TWELVE, Condition
 
 FOLDER = Path(__file__).parent
 """Place of the page, its tables and pictures."""
@@ -23,49 +24,8 @@ SELECTED = 8
 among the ten trots with balance reflexes after their first phase of training."""
 
 
-@dataclass(frozen=True)
-class Condition:
-    """Differences from the unchanged model.
-
-    Args:
-        friction: factor.
-        mass: factor.
-        push_m_per_s: change of speed to the left by a push at 5 s, and to the right at 15 s.
-        slope_rad: how steep it is ahead, up.
-        blocks_m: height of blocks on the ground.
-        delay_s: of all senses.
-        noise: of all senses, a share of what each varies by.
-        random_phases: whether the oscillators begin anywhere.
-        finer: whether the simulation's time step is half of the model's.
-    """
-
-    friction: float = 1.0
-    mass: float = 1.0
-    push_m_per_s: float = 0.0
-    slope_rad: float = 0.0
-    blocks_m: float = 0.0
-    delay_s: float = 0.0
-    noise: float = 0.0
-    random_phases: bool = False
-    finer: bool = False
-
-
 UNDISTURBED, RANDOM_PHASES = "undisturbed", "random phases"
-CONDITIONS = {
-    UNDISTURBED: Condition(),
-    "friction 0.5": Condition(friction=0.5),
-    "mass + 20 %": Condition(mass=1.2),
-    "mass - 20 %": Condition(mass=0.8),
-    "push 0.5 m/s": Condition(push_m_per_s=0.5),
-    "push 1 m/s": Condition(push_m_per_s=1.0),
-    "5° up": Condition(slope_rad=math.radians(5)),
-    "5° down": Condition(slope_rad=-math.radians(5)),
-    "blocks 2 cm": Condition(blocks_m=0.02),
-    "blocks 4 cm": Condition(blocks_m=0.04),
-    "delay 20 ms": Condition(delay_s=0.02),
-    "noise 10 %": Condition(noise=0.1),
-    RANDOM_PHASES: Condition(random_phases=True),
-}
+CONDITIONS = TWELVE | {RANDOM_PHASES: Condition(random_phases=True)}
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from tegotae._support.errors import TegotaeError, other_code
-from tegotae.envs.command import CommandSchedule
+from tegotae.envs.command import CommandSchedule, heading_rate
 from tegotae.envs.mujoco.settings import ModelSettings
-from tegotae.envs.policies import network
+from tegotae.envs.policies import Answers, network
 from tegotae.envs.wires import look_up
 from tegotae.envs.wiring import read_by
 from tegotae.envs.wrapper import Pilot
@@ -107,17 +107,19 @@ def law(
     return Commanded(experiment.spec.model_settings, driver)
 
 
-def joystick(path: Path, settings: ModelSettings) -> Commanded:
+def joystick(path: Path, settings: ModelSettings, holds_heading: bool = True) -> Commanded:
     """Return a joystick policy in the form of MuJoCo Playground, a network in ONNX.
 
     It observes 48 numbers: the trunk's velocity, its gyroscope and the direction down, in its axes;
     joints less their defaults, their rates, its last output, and the command. Its output, times 0.5
     rad, is added to the defaults of the joints, which are 0.1, 0.9 and -1.8 rad of hip, thigh and
-    calf. Joints come leg by leg: FR, FL, RR, RL.
+    calf. Joints come leg by leg: FR, FL, RR, RL. The yaw rate of its command is that which holds
+    the heading by the gyroscope, as a law's is.
 
     Args:
         path: of the network.
         settings: of the robot, with the policy's own servos and period.
+        holds_heading: whether it is told to hold its heading; else it gets the plain command.
 
     Raises:
         TegotaeError: for a network of other numbers, or a robot with other joints.
@@ -126,16 +128,18 @@ def joystick(path: Path, settings: ModelSettings) -> Commanded:
     if entries not in (None, _ENTRIES):
         raise TegotaeError(f"{path} observes {entries} numbers; a joystick policy has {_ENTRIES}")
     legless = dataclasses.replace(settings, legs=False, command=())
-    return Commanded(
-        legless, lambda course, commands: _Joystick(answer, course, commands), trunk=True
-    )
+
+    def driver(course: Course, commands: np.ndarray) -> Driver:
+        return _Joystick(answer, course, commands, holds_heading)
+
+    return Commanded(legless, driver, trunk=True)
 
 
 class _Joystick:
     """A joystick policy on the lanes of a course."""
 
     def __init__(
-        self, answer: Callable[[np.ndarray], np.ndarray], course: Course, commands: np.ndarray
+        self, answer: Answers, course: Course, commands: np.ndarray, holds_heading: bool
     ) -> None:
         legs = ("FR", "FL", "RR", "RL")
         joints = [f"{leg}_{part}_joint" for leg in legs for part in _DEFAULT_RAD]
@@ -151,14 +155,19 @@ class _Joystick:
         sides = np.repeat([1.0, -1.0, 1.0, -1.0], 3) * np.tile([1.0, 0.0, 0.0], 4)
         default = np.tile([*_DEFAULT_RAD.values()], 4)
         self._default = np.where(sides != 0.0, sides * default, default)
-        self._answer, self._commands = answer, commands
+        self._answer, self._commands, self._holds = answer, commands, holds_heading
+        self._behind_rad, self._step_s = np.zeros(len(commands)), course.step_s
         self._last = np.zeros((len(commands), len(joints)))
 
     def act(self, observed: np.ndarray) -> np.ndarray:
         """Return the angles of the joints [rad], [lanes, actions]."""
         felt = observed[:, self.read]
         felt[:, 9:21] -= self._default
-        columns = [felt, self._last, self._commands]
+        # By how much the heading is behind the commanded one, by the gyroscope.
+        self._behind_rad += self._step_s * (self._commands[:, 2] - felt[:, 5])
+        command = self._commands.copy()
+        command[:, 2] += self._holds * heading_rate(self._behind_rad)
+        columns = [felt, self._last, command]
         with other_code("the policy failed"):
             self._last = np.asarray(self._answer(np.concatenate(columns, axis=1)), float)
         return (self._default + _ACTION_RAD * self._last)[:, self._order]
