@@ -113,7 +113,7 @@ def row(
 
     def compiled(vectors: int) -> None:
         kernels[vectors] = compile_episode(program, lanes, shared, "float32", vectors=vectors)
-        _ = kernels[vectors].whole.code
+        _ = kernels[vectors].full.code
 
     took = [core_seconds(lambda v=v: compiled(v)) for v in (2, 1, 3)]
 

@@ -82,11 +82,11 @@ def compile_episode(
         shared = jax.tree.map(_shape, shared_shapes)
         stages, channels = _read(episode, lanes, shared)
     recorded = _recorded(stages.channels, jax.tree.leaves(channels))
-    whole, narrow = (
+    full, narrow = (
         Blocks(EpisodeModule(stages, _kinds(lanes), recorded, machine, dtype, size), store)
         for size in (vectors, 1)
     )
-    return Kernel(channels, _kinds(shared), whole, narrow)
+    return Kernel(channels, _kinds(shared), full, narrow)
 
 
 def _shape(x: jax.Array | jax.ShapeDtypeStruct) -> jax.ShapeDtypeStruct:
@@ -161,14 +161,14 @@ class Kernel:
     """Channels of a frame, as `jax.ShapeDtypeStruct` of one lane."""
     shared_kinds: tuple[str, ...] = field(repr=False)
     """Types in C of what all lanes share, number by number."""
-    whole: Blocks = field(repr=False)
+    full: Blocks = field(repr=False)
     """Blocks of full size."""
     narrow: Blocks = field(repr=False)
     """Blocks of one vector, for the last lanes."""
 
     def blocks_for(self, lanes: int) -> Blocks:
         """Return the blocks in which the first of so many lanes are rolled out."""
-        return self.narrow if lanes <= self.narrow.module.block else self.whole
+        return self.narrow if lanes <= self.narrow.module.block else self.full
 
     def run(
         self,
@@ -194,7 +194,7 @@ class Kernel:
         leaves = [np.asarray(leaf) for leaf in jax.tree.leaves(lanes)]
         count = leaves[0].shape[-1]
         rows = [leaf.reshape(-1, count) for leaf in leaves]
-        blocks = -(-count // self.whole.module.block)
+        blocks = -(-count // self.full.module.block)
         threads = max(1, min(threads, blocks))
         group = self._lanes_of_group(blocks, threads, frames)
         uniform = self._uniform(shared, self.blocks_for(count))
@@ -227,7 +227,7 @@ class Kernel:
     def _lanes_of_group(self, blocks: int, threads: int, frames: int) -> int:
         """Return the lanes per group: as many blocks as the buffer holds, few enough that no thread
         waits long."""
-        module = self.whole.module
+        module = self.full.module
         fits = max(1, _BUFFER_BYTES // max(1, module.recorded.size * module.block * frames))
         together = max(1, _LANES_TOGETHER // module.block)
         shares = -(-blocks // (_GROUPS_OF_THREAD * threads * together)) * together
@@ -250,7 +250,7 @@ class _Run:
 
     def work(self, next_first: Callable[[], int | None]) -> None:
         """Roll out group after group, by their first lanes, in memory of this thread's own."""
-        recorded = self.kernel.whole.module.recorded
+        recorded = self.kernel.full.module.recorded
         out = recorded.memory(self.frames, self.group)
         program = cache(partial(self._program, out))
         while (first := next_first()) is not None:

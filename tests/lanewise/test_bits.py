@@ -86,7 +86,7 @@ def rolled_out(kernel, lanes, shared, frames=6, ticks=5):
 def test_bits_do_not_depend_on_how_hard_the_compiler_tries(optimisation):
     kernel, lanes, shared = episode_kernel("host")
     usually = rolled_out(kernel, lanes, shared)
-    for blocks in (kernel.whole, kernel.narrow):
+    for blocks in (kernel.full, kernel.narrow):
         code = Code.compiled(blocks.module.text(), blocks.module.target, optimisation)
         object.__setattr__(blocks, "code", code)
     assert same_bits(rolled_out(kernel, lanes, shared), usually)
@@ -124,7 +124,7 @@ def test_bits_on_a_64_bit_arm_are_those_of_this_machine(tmp_path, dtype):
 
     kernel, lanes, shared = episode_kernel("host", dtype)
     expected = rolled_out(kernel, lanes, shared)
-    parsed = kernel.whole.module
+    parsed = kernel.full.module
     vectors = 8 // target_of("aarch64").lanes_of_vector(dtype)
     module = EpisodeModule(
         parsed.stages, parsed.lanes, parsed.recorded, target_of("aarch64"), dtype, vectors

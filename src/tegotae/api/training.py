@@ -314,9 +314,9 @@ def train(
     require_count("seeds", seeds, most=MOST_SEEDS)
     require_count("first_seed", first_seed, least=0, most=2**31 - 1 - seeds)
     trainee = _trainee(**arguments)
-    done = dict.fromkeys(x for x in ("body", "fitness") if not isinstance(arguments[x], Mapping))
-    done |= {"environment": None, "algorithm": trainee.settings}
-    values = filled({**arguments, **done}, trainee.defaults())
+    parts = dict.fromkeys(x for x in ("body", "fitness") if not isinstance(arguments[x], Mapping))
+    parts |= {"environment": None, "algorithm": trainee.settings}
+    values = filled({**arguments, **parts}, trainee.defaults())
     _, adjusted = _options_of(trainee.experiment)
     experiment = adjusted(trainee.experiment, vars(values))
     learner = trainee.learner(values, experiment)
