@@ -17,7 +17,7 @@ from lanewise.nodes import LanewiseError
 
 VARIABLE = "LANEWISE_OPT"
 """The environment variable of how hard LLVM tries, from 0 to 3; results are the same bits."""
-_USUAL = 2
+_USUAL = 1
 _FLOAT_BITS = {"float32": 32, "float64": 64}
 
 
@@ -87,7 +87,7 @@ def _host(name: str) -> Target:
 
 
 def optimisation_level() -> int:
-    """Return LLVM's optimisation level: `LANEWISE_OPT`, else 2. At 0 it compiles in a fifth of the
+    """Return LLVM's optimisation level: `LANEWISE_OPT`, else 1. At 0 it compiles in a fifth of the
     time.
 
     Raises:
