@@ -13,7 +13,8 @@ FOLDER = Path(__file__).parent
 LAW = FOLDER / "raibert.json"
 """Law that is raced. Its numbers are of an earlier search, in the model's own, narrow stance."""
 TUNED_LAW = FOLDER / "tuned.json"
-"""Law after another search from there, in the wide stance; it comes after the race, if it comes."""
+"""Law after another search from there, in the wide stance. It is raced under the same conditions
+from the same starts, whatever the search finds."""
 POLICY = Path("go1_policy.onnx")
 """Joystick policy of MuJoCo Playground (Apache-2.0): its file `sim2sim/onnx/go1_policy.onnx`."""
 POLICY_SERVOS, POLICY_PERIOD_S = (35.0, 0.5), 0.02

@@ -24,7 +24,6 @@ from research.frame import Row, Table, main, markdown_table, write_text
 from research.search import search
 from tegotae._support.files import output_folder
 from tegotae.envs.mujoco.settings import ModelSettings, located
-from tegotae.measures.statistics import share_interval
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.resolve import resolve
 from tegotae.training.algorithms import CMAES
@@ -34,8 +33,10 @@ from tegotae_robots.benchmark.conditions import CONDITIONS, TWELVE
 ROOT = Path(__file__).resolve().parents[2]
 ROWS = Table(plan.FOLDER / "rows.csv", ("law", "condition"))
 LAW, POLICY = "Raibert's law", "public policy"
-NARROW, AWAY = "Raibert's law, narrow stance", ", servos of the other"
-PLAIN = ", law's model, no heading hold"
+TUNED, NARROW = "Raibert's law, tuned again", "Raibert's law, narrow stance"
+AWAY = "Raibert's law, servos of the policy"
+PLAIN = "public policy, law's model, no heading hold"
+PLAIN_AWAY = "public policy, law's model and servos, no heading hold"
 
 
 def saved(path: Path) -> SavedController:
@@ -90,10 +91,10 @@ def tune() -> None:
 def entries(policy: Path) -> dict[str, tuple[Callable[[], Commanded], Iterable[str]]]:
     """Return what is raced by name, with its conditions."""
 
-    def public(servos: tuple[float, float], holds_heading: bool = True) -> Commanded:
+    def public(servos: tuple[float, float]) -> Commanded:
         settings = dataclasses.replace(law(saved(plan.LAW)).settings, start="")
         settings = with_servos(settings, servos, plan.POLICY_PERIOD_S)
-        return joystick(policy, settings, holds_heading)
+        return joystick(policy, settings, holds_heading=False)
 
     def ours(path: Path, **changes: object) -> Commanded:
         entry = law(saved(path))
@@ -103,10 +104,11 @@ def entries(policy: Path) -> dict[str, tuple[Callable[[], Commanded], Iterable[s
     away = {"servo_nm_per_rad": stiffness, "servo_damping_nms_per_rad": damping}
     return {
         LAW: (lambda: ours(plan.LAW), plan.RACE),
+        TUNED: (lambda: ours(plan.TUNED_LAW), plan.RACE if plan.TUNED_LAW.exists() else ()),
         POLICY: (lambda: joystick(policy, home()), plan.RACE),
-        POLICY + PLAIN: (lambda: public(plan.POLICY_SERVOS, holds_heading=False), plan.PLAIN),
-        LAW + AWAY: (lambda: ours(plan.LAW, **away), plan.AWAY),
-        POLICY + AWAY: (lambda: public(plan.LAW_SERVOS), plan.AWAY),
+        PLAIN: (lambda: public(plan.POLICY_SERVOS), plan.PLAIN),
+        AWAY: (lambda: ours(plan.LAW, **away), plan.AWAY),
+        PLAIN_AWAY: (lambda: public(plan.LAW_SERVOS), plan.AWAY),
         NARROW: (lambda: ours(plan.LAW, start=""), plan.NARROW),
     }
 
@@ -155,39 +157,44 @@ def rows_of(name: str, entry: Commanded, title: str) -> list[Row]:
 def report() -> None:
     """Write the tables of the page from the kept rows."""
     rows = ROWS.read()
-    pair = rows[rows.law.isin([LAW, POLICY])]
-    twelve, hard = pair.condition.isin(TWELVE), ~pair.condition.isin(TWELVE)
-    groups = {"twelve conditions": pair[twelve], "seven harder ones": pair[hard], "all": pair}
-    lines = [["", "law", *_HEAD]]
-    for title, group in groups.items():
-        lines += [[title, name, *summary(group[group.law == name])] for name in (LAW, POLICY)]
-    write_text(plan.FOLDER / "race.md", markdown_table(lines))
-    for column, file in (("condition", "conditions.md"), ("command", "commands.md")):
-        lines = [[column, "law", *_HEAD]]
-        for value in pair[column].drop_duplicates():
-            group = pair[pair[column] == value]
-            lines += [[value, name, *summary(group[group.law == name])] for name in (LAW, POLICY)]
-        write_text(plan.FOLDER / file, markdown_table(lines))
-    lines = [["law", "condition", *_HEAD]]
-    for (name, condition), group in rows[~rows.law.isin([LAW, POLICY])].groupby(
-        ["law", "condition"], sort=False
-    ):
-        lines.append([name, condition, *summary(group)])
+    names = [name for name in (LAW, TUNED, POLICY) if (rows.law == name).any()]
+    raced = rows[rows.law.isin(names)]
+    twelve = raced.condition.isin(TWELVE)
+    groups = {"twelve conditions": raced[twelve], "seven harder ones": raced[~twelve]}
+    write_text(plan.FOLDER / "race.md", table_of("", groups | {"all": raced}, names))
+    for column in ("condition", "command"):
+        groups = {value: raced[raced[column] == value] for value in raced[column].unique()}
+        write_text(plan.FOLDER / f"{column}s.md", table_of(column, groups, names))
+    others = rows[~rows.law.isin(names)]
+    lines = [["law", "conditions", *_HEAD]]
+    for name, title in product(others.law.unique(), ("undisturbed", "push 1 m/s", "push 1.5 m/s")):
+        group = others[(others.law == name) & (others.condition == title)]
+        if len(group):
+            lines.append([name, title, *summary(group)])
     write_text(plan.FOLDER / "others.md", markdown_table(lines))
 
 
-_HEAD = ["falls [95 %]", "turned away", "lags", "tracking error", "heading error [rad]", "CoT"]
+def table_of(column: str, groups: dict[str, pd.DataFrame], names: list[str]) -> str:
+    """Return a table with a row per group of episodes and law."""
+    lines = [[column, "law", *_HEAD]]
+    for title, group in groups.items():
+        lines += [[title, name, *summary(group[group.law == name])] for name in names]
+    return markdown_table(lines)
+
+
+_HEAD = ["falls, by start", "turned away", "lags", "tracking error", "heading error [rad]", "CoT"]
 
 
 def summary(rows: pd.DataFrame) -> list[str]:
-    """Return the cells of a group of episodes; the trials of the interval are starts."""
-    falls = share_interval(int(rows.fell.sum()), len(rows), rows.start.nunique())
+    """Return the cells of a group of episodes. Two starts are too few for an interval: the falls
+    from each are told.
+    """
+    falls = " + ".join(f"{int(group.fell.sum())}" for _, group in rows.groupby("start"))
     shares = [f"{int(rows[name].sum())}" for name in ("turned_away", "lags")]
     error = (rows.followed - 1.0).abs().mean()
     means = error, rows.heading_error_rad.abs().mean(), rows.cost_of_transport.median()
     cells = ["–" if np.isnan(x) else f"{x:.2f}" for x in means]
-    interval = f"[{falls.low:.0%}, {falls.high:.0%}]"
-    return [f"{int(rows.fell.sum())} of {len(rows)} {interval}", *shares, *cells]
+    return [f"{falls} of {len(rows)}", *shares, *cells]
 
 
 if __name__ == "__main__":

@@ -84,8 +84,8 @@ def benchmark_commands(
         labels = pd.DataFrame(cells, columns=["command", "start"])
         tables.append(labels.assign(condition=name, **columns))
     rows = pd.concat(tables, ignore_index=True)
-    grouped = [(name, rows[rows.condition == name]) for name in names]
-    view = pd.DataFrame([_summary(name, group) for name, group in grouped])
+    grouped = list(rows.groupby("condition", sort=False))
+    view = pd.DataFrame([_summary(str(name), group) for name, group in grouped])
     return Table(
         raw=rows,
         title=f"{entry} under {len(told)} commands and {len(names)} conditions",
