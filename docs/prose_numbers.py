@@ -304,10 +304,12 @@ def of_calibrated_optimum(kind: str) -> np.ndarray:
 def contrast(body: str, comparison: str, episodes: str = "all") -> tuple[float, float, float]:
     """An equal comparison over all training frequencies [m/J], with its 95 % interval.
 
-    A body such as "study-80s" is one whose evaluation was changed; episodes are all or locked.
+    A body such as "study-80s" is one whose evaluation or work was changed; episodes are all or
+    locked.
     """
-    table_name = "learning/contrasts-window" if "-" in body else "learning/contrasts"
-    kept = rows(table_name, body=body, comparison=comparison, episodes=episodes)
+    both = pd.concat([table("learning/contrasts"), table("learning/contrasts-window")])
+    named = (both.body == body) & (both.comparison == comparison) & (both.episodes == episodes)
+    kept = both[named]
     return kept["all"].item(), kept.low.item(), kept.high.item()
 
 

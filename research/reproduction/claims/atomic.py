@@ -103,11 +103,11 @@ def _effect(entry: dict[str, dict[str, Any]]) -> Effect:
 
 def _claims(later: bool | None = None) -> tuple[AtomicClaim, ...]:
     """Return the claims of the list, or those that came later."""
-    entries = tomllib.loads(Path(__file__).with_name("claims.toml").read_text("utf-8"))["claim"]
-    chosen = [entry for entry in entries if entry.pop("later", False) or not later]
+    listed = tomllib.loads(Path(__file__).with_name("claims.toml").read_text("utf-8"))["claim"]
+    entries = [entry for entry in listed if entry.pop("later", False) or not later]
     return tuple(
         AtomicClaim(**entry | {"effect": _effect(entry["effect"]), "sign": _SIGNS[entry["sign"]]})
-        for entry in chosen
+        for entry in entries
     )
 
 

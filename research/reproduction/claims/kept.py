@@ -70,9 +70,9 @@ def _estimate_curves(effect: OfTrainings, path: Path) -> EffectEstimate:
     pairs = []
     for model in models:
         if all((model, algorithm) in curves for algorithm in algorithms):
-            both = [curves[model, algorithm] for algorithm in algorithms]
-            end_s = min(run["simulated_s"].to_numpy()[-1] for runs in both for run in runs)
-            pairs.append(tuple([late_mean(run, end_s) for run in runs] for runs in both))
+            sides = [curves[model, algorithm] for algorithm in algorithms]
+            end_s = min(run["simulated_s"].to_numpy()[-1] for runs in sides for run in runs)
+            pairs.append(tuple([late_mean(run, end_s) for run in runs] for runs in sides))
     size = float(np.mean([np.mean(theirs) for _, theirs in pairs])) if pairs else np.nan
     return _from_interval(stratified_difference(pairs), size)
 

@@ -25,7 +25,8 @@ Each continues where it was stopped. `research.reproduction contrasts` compares 
   the gain (L - V) / max(L, V), mean over ω_t, with L the mean of the designs and V the best V.
   Intervals are Student's over bodies, and over paired differences between works in the same body.
   The statement "work decides as much as the body" holds if the standard deviation of gains between
-  the works of a body is at least that between bodies by one work.
+  the works of a body is at least that between bodies by one work. (Added when sixteen bodies were
+  seen: the same without net work.)
 """
 
 from __future__ import annotations
@@ -37,7 +38,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from research.frame import Row, Table, main, markdown_table, with_interval, write_text
+from research.frame import Row, Table, main, markdown_table, write_text
+from research.reproduction.claims.random_effects import crossed
 from research.reproduction.learning.contrasts import DESIGN, chosen, merits
 from research.reproduction.learning.judged import judge_runs
 from research.reproduction.learning.runs import run_rows, searched_rows, where
@@ -129,13 +131,13 @@ def gains(runs: pd.DataFrame) -> pd.DataFrame:
     first = runs.model.str.startswith(FIRST)
     complete = (~first).sum() == 24 * len(WORKS) * 2 * len(SECOND)
     runs = runs if complete else where(runs, first)
-    values, whole = {}, runs.model.nunique()
+    values, models = {}, runs.model.nunique()
     for key, rows in runs.groupby(["body", "work"]):
         vanilla, learned = (x for _, x in rows.groupby(rows.architecture != "V"))
         best = merits(chosen(vanilla, "merit", ["omega_t"]), "merit", ["senses"]).to_numpy()[0]
         mean = merits(learned, "merit", DESIGN).to_numpy().mean(axis=0)
         gain = (mean - best) / np.maximum(np.maximum(mean, best), 1e-9)
-        values[key] = gain.mean() if len(rows) == whole else np.nan
+        values[key] = gain.mean() if len(rows) == models else np.nan
     return pd.DataFrame(pd.Series(values).unstack()[list(WORKS)])
 
 
@@ -144,17 +146,21 @@ def works_table(by_work: pd.DataFrame) -> str:
     heads = ("work", "bodies", "gain", "minus absolute", "learned better", "V better")
     rows: list[list[object]] = [list(heads)]
     for work in WORKS:
-        gain, change = by_work[work].dropna(), (by_work[work] - by_work["absolute"]).dropna()
-        cells = [with_interval(gain), "–" if work == "absolute" else with_interval(change, "+.2f")]
+        gain = by_work[work].to_numpy()
+        gain, change = (x[np.isfinite(x)] for x in (gain, gain - by_work["absolute"].to_numpy()))
+        cells = [_interval(gain), "–" if work == "absolute" else _interval(change)]
         rows.append([work, len(gain), *cells, (gain > 0).sum(), (gain < 0).sum()])
-    whole = by_work.dropna()
-    between = [f"{whole.std(axis=axis).mean():.2f}" for axis in (1, 0)]
-    spread = [
-        ["standard deviation of gains", "mean"],
-        ["between the works of a body", between[0]],
-        ["between bodies by one work", between[1]],
-    ]
+    spread: list[list[object]] = [["standard deviation of gains", "three works", "without net"]]
+    for name, axis in (("between the works of a body", 1), ("between bodies by one work", 0)):
+        paired = by_work.dropna().to_numpy()
+        spread.append([name, *(f"{paired[:, :n].std(axis, ddof=1).mean():.2f}" for n in (3, 2))])
     return f"{markdown_table(rows)}\n{markdown_table(spread)}"
+
+
+def _interval(values: np.ndarray) -> str:
+    """Return the mean over bodies with Student's interval."""
+    low, high = crossed(values[None])
+    return f"{values.mean():+.2f} [{low:+.2f}, {high:+.2f}]"
 
 
 def report() -> None:
