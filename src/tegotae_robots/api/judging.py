@@ -88,7 +88,7 @@ def benchmark_commands(
     view = pd.DataFrame([_summary(str(name), group) for name, group in grouped])
     return Table(
         raw=rows,
-        title=f"{entry} under {len(told)} commands and {len(names)} conditions",
+        title=f"{entry}: {len(rows)} episodes under commands",
         rows=rows,
         views=[view.set_index("condition")],
         notes=[
