@@ -114,7 +114,7 @@ def walks(
     seconds: float,
     *,
     pushes: np.ndarray | None = None,
-    lanes_of: type | None = None,
+    lanes_of: type[ModelLanes] = ModelLanes,
 ) -> Walks:
     """Simulate lanes of laws, each at its command.
 
@@ -125,7 +125,7 @@ def walks(
         starts: seeds, [lanes].
         seconds: how long [s].
         pushes: velocity to the left that a push adds [√(g l0)], [lanes]; none by default.
-        lanes_of: lanes of another physics engine; MuJoCo's by default.
+        lanes_of: lanes of the physics engine.
     """
     n, units = len(numbers), robot.units
     asked = commands * robot.scale
@@ -134,7 +134,7 @@ def walks(
     wires, problems = look_up(env := ModelEnv(settings), robot.wiring)
     assert wires is not None, problems
     env.close()
-    lanes: Lanes = (lanes_of or ModelLanes)(settings, n, schedule=schedule)
+    lanes: Lanes = lanes_of(settings, n, schedule=schedule)
     omega = numbers[:, 0] / units.time_s
     law = Pilot(wires, replace(robot.wiring, omega=float(omega[0])), numbers[:, 1:].T)
     law.restart(np.ones(n, bool), omega)
