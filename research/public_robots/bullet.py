@@ -293,12 +293,14 @@ def _inertia(
     The rotor of its joint is a part of it, so that a moment can be larger than the sum of the
     others, which a file of a rigid body must not say.
     """
-    own = [(body, place, turn) for body, (of, place, turn) in owner.items() if of == link]
-    masses = np.array([model.body_mass[body] for body, _, _ in own])
-    centres = np.array([place + turn @ model.body_ipos[body] for body, place, turn in own])
+    parts = [
+        (body, place, turn) for body, (of_link, place, turn) in owner.items() if of_link == link
+    ]
+    masses = np.array([model.body_mass[body] for body, _, _ in parts])
+    centres = np.array([place + turn @ model.body_ipos[body] for body, place, turn in parts])
     centre = np.average(centres, axis=0, weights=masses)
     inertia = np.zeros((3, 3))
-    for (body, _, turn), mass, where in zip(own, masses, centres, strict=True):
+    for (body, _, turn), mass, where in zip(parts, masses, centres, strict=True):
         axes, arm = turn @ _matrix(model.body_iquat[body]), where - centre
         inertia += axes @ np.diag(model.body_inertia[body]) @ axes.T
         inertia += mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))

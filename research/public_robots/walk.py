@@ -128,8 +128,8 @@ def walks(
         lanes_of: lanes of the physics engine.
     """
     n, units = len(numbers), robot.units
-    asked = commands * robot.scale
-    schedule = CommandSchedule(np.zeros(1), asked[None])
+    command = commands * robot.scale
+    schedule = CommandSchedule(np.zeros(1), command[None])
     settings = replace(robot.spec.model_settings, duration_s=seconds)
     wires, problems = look_up(env := ModelEnv(settings), robot.wiring)
     assert wires is not None, problems
@@ -142,9 +142,9 @@ def walks(
     entries = ("forward", "left", "height", "upright", "yaw_rate")
     columns = [lanes.names.index(f"root_{name}") for name in entries]
     work_column = lanes.names.index("work")
-    seen = lanes.reset(starts, alive)
+    observed = lanes.reset(starts, alive)
     path, work = np.zeros((steps + 1, len(columns), n)), np.zeros(n)
-    path[0] = seen[:, columns].T
+    path[0] = observed[:, columns].T
     rest_m = robot.wiring.rest_length_m
     assert rest_m is not None
     first = plan.PUSHED_AT * units.time_s
@@ -154,25 +154,25 @@ def walks(
         push_n = np.zeros((n, 3))
         if pushes is not None and first <= k * wires.step_s < last:
             push_n[:, 1] = mass * pushes * robot.scale[0] / (last - first)
-        seen, _, _ = lanes.step(law.act(seen), alive, push_n)
-        path[k + 1] = seen[:, columns].T
+        observed, _, _ = lanes.step(law.act(observed), alive, push_n)
+        path[k + 1] = observed[:, columns].T
         _, _, height, upright, _ = path[k + 1]
         alive = alive & (height > plan.LOW * rest_m) & (upright > math.cos(plan.TILTED_RAD))
-        work = np.where(alive, seen[:, work_column], work)
+        work = np.where(alive, observed[:, work_column], work)
         lasted += alive
         if not alive.any():
             break
     lanes.close()
     only = np.where(alive, 1.0, np.nan)
     time_s = wires.step_s * np.arange(1, steps + 1)
-    direction = time_s[:, None] * asked[:, 2] + np.arctan2(asked[:, 1], asked[:, 0])
-    ahead, left = np.diff(path[:, :2], axis=0).transpose(1, 0, 2)
-    along = (ahead * np.cos(direction) + left * np.sin(direction)).sum(axis=0)
-    distance = np.linalg.norm(asked[:, :2], axis=1) * seconds
+    direction = time_s[:, None] * command[:, 2] + np.arctan2(command[:, 1], command[:, 0])
+    forward, aside = np.diff(path[:, :2], axis=0).transpose(1, 0, 2)
+    along = (forward * np.cos(direction) + aside * np.sin(direction)).sum(axis=0)
+    distance = np.linalg.norm(command[:, :2], axis=1) * seconds
     heading = wires.step_s * path[1:, 4].sum(axis=0)
     return Walks(
         lasted=lasted / steps,
         followed=only * along / distance,
-        heading_error_rad=only * (heading - asked[:, 2] * seconds),
+        heading_error_rad=only * (heading - command[:, 2] * seconds),
         cost_of_transport=only * work / (units.force_n * np.maximum(along, 1e-3)),
     )

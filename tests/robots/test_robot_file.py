@@ -66,6 +66,13 @@ def test_a_suggested_robot_has_model_settings_and_wiring_and_reads_back(leg):
     assert not is_robot_file("a" * 5000 + ".toml")
 
 
+def test_a_law_of_feet_is_refused_where_joints_are_driven(leg):
+    refused(
+        f"zoo:raibert commands feet, and the wiring of {leg} drives joints",
+        lambda: resolve(f"zoo:raibert@{leg}"),
+    )
+
+
 def test_a_robot_is_found_beside_its_file_from_any_folder(leg, monkeypatch):
     monkeypatch.chdir("robots")
     assert load_robot("leg.toml")[0].env == "leg.xml"

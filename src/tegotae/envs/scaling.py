@@ -205,15 +205,20 @@ def centre_height_m(model: MjModel, data: MjData) -> float:
 
 
 def lowest(model: MjModel, data: MjData, geoms: Sequence[int]) -> tuple[float, int]:
-    """Return the lowest height of geoms [m], a lower bound for a mesh or an ellipsoid, and the geom
-    that has it."""
+    """Return the lowest height of geoms [m], a lower bound for an ellipsoid or a cylinder, and the
+    geom that has it."""
     return min((float(data.geom_xpos[i][2]) - _below(model, data, i), i) for i in geoms)
 
 
 def _below(model: MjModel, data: MjData, geom: int) -> float:
     """Return the depth of a geom below its centre [m]."""
     size, kinds = model.geom_size[geom], require("mujoco", "mujoco").mjtGeom
-    axis = np.abs(data.geom_xmat[geom].reshape(3, 3)[2])
+    axis = data.geom_xmat[geom].reshape(3, 3)[2]
+    if int(model.geom_type[geom]) == int(kinds.mjGEOM_MESH):
+        mesh = int(model.geom_dataid[geom])
+        first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+        return -float((model.mesh_vert[first : first + count] @ axis).min())
+    axis = np.abs(axis)
     reach = {
         int(kinds.mjGEOM_SPHERE): size[0],
         int(kinds.mjGEOM_CAPSULE): size[0] + size[1] * axis[2],

@@ -249,6 +249,11 @@ def law_on_robot(name: str) -> tuple[str, str] | None:
         raise TegotaeError(
             f"{file} is a robot, without a law; name one on it, such as {such_as}@{file}"
         )
+    if not on_legs and f"{law}@{_WALKER}" in zoo.zoo_names():
+        raise TegotaeError(
+            f"{law} commands feet, and the wiring of {file} drives joints; give every leg three "
+            "driven joints and the trunk a free one, or write the file with --settings legs=true"
+        )
     has_body = "@" in law or law in SYSTEMS or is_front_name(law) or os.path.exists(law)
     if on_legs and not has_body and (is_zoo_name(law) or not is_reference(law)):
         law = f"{law}@{_WALKER}"

@@ -18,6 +18,10 @@ if TYPE_CHECKING:  # which needs Gymnasium
     from tegotae_robots.models.suggesting_settings import SuggestedSettings
 
 
+_PACE = 0.4
+"""Speed of the first walk that is proposed [√(g l0)]."""
+
+
 def _short(value: object) -> str:
     return f"{len(value)} joints" if isinstance(value, Mapping) else short(value)
 
@@ -49,6 +53,10 @@ def suggest_wiring(
 ) -> TomlFile:
     """Suggest a wiring for a MuJoCo model of your own: feet, limbs, pushes, scales, rest length.
 
+    A robot that is free, with three or more driven joints a leg, gets the settings by which it
+    can stand and take commands, too: a floor, servos, a start. Settings that are given stay, and
+    with `legs=true` or `legs=false` all of them are yours.
+
     The file is a robot's: it has the model with its settings, too, and `LAW@FILE.toml` is a law on
     it for every command. Every entry has its reason beside it, in the terminal and as a comment in
     the file. The wiring is a first guess: correct every entry that you know better.
@@ -70,7 +78,7 @@ def suggest_wiring(
     require_all(extras_of(env))
     from tegotae.envs.robot_file import environment_named, save_robot
     from tegotae.envs.wiring import wiring_document
-    from tegotae_robots.models.suggesting import suggest_wiring as suggested
+    from tegotae_robots.models.suggesting import rounded, suggest_wiring as suggested
     from tegotae_robots.models.suggesting_legs import suggest_legs
     from tegotae_robots.models.suggesting_settings import suggest_settings
 
@@ -86,6 +94,14 @@ def suggest_wiring(
     suggestion = suggest_legs(model) if model.legs else suggested(model)
     if model.legs:
         commands = ["simulate zoo:AR-rF+range@FILE.toml", "train AR@FILE.toml"]
+        if model.command:
+            assert suggestion.wiring.units is not None
+            units = suggestion.wiring.units
+            speed = rounded(_PACE * units.length_m / units.time_s, 1)
+            commands = [
+                f"simulate zoo:raibert@FILE.toml --command {speed:g} 0 0",
+                "train raibert@FILE.toml",
+            ]
     else:
         # What hops ahead, or walks, is paid for distance; CoT⁻¹ of hops alone often stays 0.
         walks = len(suggestion.wiring.limbs) > 1

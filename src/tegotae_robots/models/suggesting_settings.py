@@ -32,6 +32,8 @@ _NOISE_RAD, _RELEASE = 0.02, 0.1
 """Noise of the start, and height of the release over it [l0]."""
 _TALL = 0.25
 """Least height of the hips over the feet in a stance, as a share of the leg's length."""
+_BALANCE = 0.25
+"""The centre of mass of a stance is beyond its feet by less than this share of the leg's length."""
 _BELOW = 0.05
 """No part of a stance is lower than the feet by more than this share of the leg's length."""
 _OFF_FLOOR = 0.02
@@ -39,8 +41,10 @@ _OFF_FLOOR = 0.02
 _LIFTED = "the first keyframe that is a stance, with the feet on the floor [rad]"
 _BENT = 0.7
 """Height of a hip over its foot in a stance that is searched, as a share of its largest one."""
-_GRID = 73
-"""Angles per joint in the search for a stance, a full turn of 5°."""
+_MARGIN = 0.1
+"""Distance of a joint from its limits in a start at the limit, as a share of its range."""
+_GRID = 49
+"""Angles per joint in the search for a stance, 7.5° apart in a full turn."""
 
 
 @dataclass(frozen=True)
@@ -161,22 +165,17 @@ def _stance(
     """Return the start, empty for the model's own, the feet, and the reason for the start."""
     if settings.start:
         return "", _feet(settings, ends), ""
-    keys = [key.name for key in settings.spec().keys]
-    for start, reason in _starts(keys):
+    for start, reason in _starts(settings, ends):
         candidate = replace(settings, start=start) if start else settings
         feet = _feet(candidate, ends)
         if len(feet) > 1 and _stands(candidate := replace(candidate, feet=feet)):
-            on_floor = _on_floor(candidate)
+            on_floor = _on_floor(candidate) if isinstance(start, str) else {}
             return (on_floor, feet, _LIFTED) if on_floor else (start, feet, reason)
-    feet = tuple(settings.feet) or tuple(ends)
-    start = _searched(settings, feet)
-    if not _stands(replace(settings, start=start, feet=feet)):
-        raise TegotaeError(
-            f"no stance was found for the feet {', '.join(feet)}: no keyframe is one, and with the "
-            "feet under their hips the robot does not stand; give one: --settings "
-            "'start={\"JOINT\": POSITION}'"
-        )
-    return start, feet, "no keyframe is a stance; feet under their hips, knees behind [rad]"
+    raise TegotaeError(
+        f"no stance was found for the legs of {', '.join(settings.feet or ends)}: no keyframe is "
+        "one, and with the feet under their hips, or the joints at zero, the robot does not stand; "
+        "give one: --settings 'start={\"JOINT\": POSITION}'"
+    )
 
 
 def _on_floor(settings: ModelSettings) -> dict[str, float]:
@@ -196,12 +195,21 @@ def _on_floor(settings: ModelSettings) -> dict[str, float]:
     return {name: round(float(x), 4) for name, x in zip(names, angles, strict=True)}
 
 
-def _starts(keys: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """List starts to try: the model's own, and its further keyframes."""
+def _starts(
+    settings: ModelSettings, ends: Sequence[str]
+) -> Iterator[tuple[str | dict[str, float], str]]:
+    """List starts to try: the model's own, its further keyframes, one that is searched, and joints
+    at zero or a limit."""
     yield "", ""
-    for key in keys[1:]:
-        if key:
-            yield key, "the first keyframe that is a stance"
+    for key in settings.spec().keys[1:]:
+        if key.name:
+            yield key.name, "the first keyframe that is a stance"
+    reason = "no keyframe is a stance; feet under their hips, knees behind [rad]"
+    yield _searched(settings, tuple(settings.feet) or tuple(ends)), reason
+    model = compiled_model(settings.spec())
+    joints = [joint for end in ends for joint in _joints(model, ends, end)]
+    angles = {model.joint(j).name: float(np.clip(0.0, *_inside(model, j))) for j in joints}
+    yield angles, "no keyframe is a stance; joints at zero, or at the limit next to it [rad]"
 
 
 def _feet(settings: ModelSettings, ends: Sequence[str]) -> tuple[str, ...]:
@@ -213,7 +221,7 @@ def _feet(settings: ModelSettings, ends: Sequence[str]) -> tuple[str, ...]:
 
 
 def _stands(settings: ModelSettings) -> bool:
-    """Return True if a start is a stance, on the feet alone."""
+    """Return True if a start is a stance: on the feet alone, the centre of mass over them."""
     try:
         sensed = sensing(settings)
         assert sensed.legs is not None
@@ -229,7 +237,11 @@ def _stands(settings: ModelSettings) -> bool:
     lowest_m = lowest(model, data, on_feet)[0]
     others_m = min(centres, default=math.inf)
     tall = legs.height_m >= _TALL * legs.length_m
-    return tall and others_m >= lowest_m - _BELOW * legs.length_m
+    feet_m = np.array([foot_place(model, data, foot)[:2] for foot in sensed.feet])
+    centre_m = np.average(data.xipos[1:, :2], axis=0, weights=model.body_mass[1:])
+    beyond_m = np.maximum(feet_m.min(axis=0) - centre_m, centre_m - feet_m.max(axis=0))
+    balanced = bool((beyond_m < _BALANCE * legs.length_m).all())
+    return tall and balanced and others_m >= lowest_m - _BELOW * legs.length_m
 
 
 def _searched(settings: ModelSettings, feet: Sequence[str]) -> dict[str, float]:
@@ -272,6 +284,13 @@ def _searched(settings: ModelSettings, feet: Sequence[str]) -> dict[str, float]:
     return start
 
 
+def _inside(model: MjModel, joint: int) -> tuple[float, float]:
+    """Return the range of a joint less a margin [rad]."""
+    low, high = _range(model, joint)
+    margin = _MARGIN * (high - low)
+    return low + margin, high - margin
+
+
 def _range(model: MjModel, joint: int) -> tuple[float, float]:
     """Return the range of a joint, at most half a turn from zero [rad]."""
     low, high = model.jnt_range[joint] if model.jnt_limited[joint] else (-np.pi, np.pi)
@@ -286,16 +305,19 @@ def _servos(
     joints = sensed.legs.joints[sensed.legs.joints >= 0]
     inertia = float(np.median(_inertia(sensed.model, started(sensed.model))[joints]))
     moment_nm = weight_n(sensed.model) * length_m
-    share, raises = _STIFFNESS, 0
-    while True:
+    tried = list[tuple[float, float, float, float]]()
+    for share in _STIFFNESS * _STIFFER ** np.arange(_RAISES + 1):
         stiffness = rounded(share * moment_nm, 2)
         damping = rounded(2.0 * _DAMPING_RATIO * math.sqrt(stiffness * inertia), 2)
-        tried = replace(settings, servo_nm_per_rad=stiffness, servo_damping_nms_per_rad=damping)
-        model = sensing(tried)
+        servos = {"servo_nm_per_rad": stiffness, "servo_damping_nms_per_rad": damping}
+        model = sensing(replace(settings, **servos))
         standing = dropped(model, model.still[None], _RELEASE * length_m)[1]
-        if standing >= 1.0 - _SAG or raises == _RAISES:
+        tried.append((share, stiffness, damping, standing))
+        if standing >= 1.0 - _SAG:
             break
-        share, raises = share * _STIFFER, raises + 1
+    # What falls over does so on stiffer servos, too.
+    best = tried[-1] if tried[-1][3] >= 1.0 - _SAG else tried[0]
+    share, stiffness, damping, standing = best
     sinks = f"{share:.2g} m g l0; the trunk sinks by {max(1.0 - standing, 0.0):.0%} of its height"
     ratio = f"damping ratio {_DAMPING_RATIO:g} with the joints' median inertia, {inertia:.2g} kg m²"
     return {

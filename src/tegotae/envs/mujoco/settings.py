@@ -230,6 +230,7 @@ def _begin(spec: MjSpec, start: str | Mapping[str, float]) -> None:
     for name, key in keys.items():
         if name != start:
             spec.delete(key)
+    spec.nkey = 0  # of <size nkey="5"/>, which makes keyframes of zeros
     if not isinstance(start, str):
         spec.add_key(name="start", qpos=_posed(spec, start))
 
