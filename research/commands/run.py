@@ -84,8 +84,8 @@ def tune() -> None:
     task = original.task
     assert task is not None
     task.wiring.omega = float(numbers[0])
-    kept = SavedController(system, numbers[1:], name=original.name, task=task)
-    save(kept, plan.TUNED_LAW)
+    tuned = SavedController(system, numbers[1:], name=original.name, task=task)
+    save(tuned, plan.TUNED_LAW)
 
 
 def entries(policy: Path) -> dict[str, tuple[Callable[[], Commanded], Iterable[str]]]:
@@ -165,10 +165,10 @@ def report() -> None:
     for column in ("condition", "command"):
         groups = {value: raced[raced[column] == value] for value in raced[column].unique()}
         write_text(plan.FOLDER / f"{column}s.md", table_of(column, groups, names))
-    others = rows[~rows.law.isin(names)]
+    further = rows[~rows.law.isin(names)]
     lines = [["law", "conditions", *_HEAD]]
-    for name, title in product(others.law.unique(), ("undisturbed", "push 1 m/s", "push 1.5 m/s")):
-        group = others[(others.law == name) & (others.condition == title)]
+    for name, title in product(further.law.unique(), ("undisturbed", "push 1 m/s", "push 1.5 m/s")):
+        group = further[(further.law == name) & (further.condition == title)]
         if len(group):
             lines.append([name, title, *summary(group)])
     write_text(plan.FOLDER / "others.md", markdown_table(lines))

@@ -37,7 +37,7 @@ def benchmark_commands(
     """Judge a controller that takes commands of velocity, under disturbances of its robot.
 
     Args:
-        entry: controller file of a law that takes commands, which names its robot; or a joystick
+        entry: controller file of a law that takes commands, which condition_names its robot; or a joystick
             policy of MuJoCo Playground's form for Go1, FILE.onnx.
         conditions: names of conditions (`tegotae benchmark conditions`), or all.
         commands: names of commands, which the same table lists, or all.
@@ -58,11 +58,14 @@ def benchmark_commands(
     from tegotae_robots.benchmark.conditions import CONDITIONS
 
     require_count("starts", starts)
-    names = [*CONDITIONS] if [*conditions] == ["all"] else [*conditions]
-    told = [*COMMANDS] if [*commands] == ["all"] else [*commands]
-    for kind, words, known in (("condition", names, CONDITIONS), ("command", told, COMMANDS)):
+    condition_names = [*CONDITIONS] if [*conditions] == ["all"] else [*conditions]
+    command_names = [*COMMANDS] if [*commands] == ["all"] else [*commands]
+    for kind, words, choices in (
+        ("condition", condition_names, CONDITIONS),
+        ("command", command_names, COMMANDS),
+    ):
         for word in words:
-            require_known(kind, word, [*known])
+            require_known(kind, word, [*choices])
     if len(servos) not in (0, 2):
         raise TegotaeError(f"servos is {[*servos]}; it must be a stiffness and a damping")
     if entry.endswith(".onnx"):
@@ -72,13 +75,13 @@ def benchmark_commands(
     else:
         judged = law(controller_of(resolve(entry)))
         if servos:
-            own = judged.settings
-            settings = with_servos(own, servos, own.control_s)
+            robot = judged.settings
+            settings = with_servos(robot, servos, robot.control_s)
             judged = dataclasses.replace(judged, settings=settings)
-    cells = [(command, start) for command in told for start in range(starts)]
+    cells = [(command, start) for command in command_names for start in range(starts)]
     numbers = np.array([COMMANDS[command] for command, _ in cells])
     tables = list[pd.DataFrame]()
-    for name in names:
+    for name in condition_names:
         seeds = [9001 + start for _, start in cells]
         columns = judge(judged, numbers, seeds, CONDITIONS[name], duration_s).columns
         labels = pd.DataFrame(cells, columns=["command", "start"])
@@ -121,10 +124,10 @@ def _summary(name: str, rows: pd.DataFrame) -> dict[str, str]:
     }
 
 
-def _mean(values: np.ndarray, of: Callable[[np.ndarray], Any] = np.mean) -> float:
+def _mean(values: np.ndarray, mean: Callable[[np.ndarray], Any] = np.mean) -> float:
     """Return the mean of values that are defined, NaN without any."""
     defined = values[~np.isnan(values)]
-    return float(of(defined)) if len(defined) else np.nan
+    return float(mean(defined)) if len(defined) else np.nan
 
 
 @check_types
@@ -139,12 +142,12 @@ def benchmark_conditions() -> Table:
     from tegotae_robots.benchmark.commanded import COMMANDS
     from tegotae_robots.benchmark.conditions import CONDITIONS, Condition
 
-    usual, rows = dataclasses.asdict(Condition()), list[tuple[str, str, str]]()
+    default, rows = dataclasses.asdict(Condition()), list[tuple[str, str, str]]()
     for name, condition in CONDITIONS.items():
         fields = dataclasses.asdict(condition).items()
-        changed = [f"{field} = {x:.3g}" for field, x in fields if x != usual[field]]
+        changed = [f"{field} = {x:.3g}" for field, x in fields if x != default[field]]
         rows.append((name, "condition", ", ".join(changed)))
-    for name, (forward, left, turn) in COMMANDS.items():
-        rows.append((name, "command", f"{forward:g} m/s, {left:g} m/s, {turn:g} rad/s"))
+    for name, (forward, leftward, turn) in COMMANDS.items():
+        rows.append((name, "command", f"{forward:g} m/s, {leftward:g} m/s, {turn:g} rad/s"))
     table = pd.DataFrame(rows, columns=["name", "kind", "meaning"])
     return Table(rows=table, views=[table.set_index("name")], data={"rows": rows})

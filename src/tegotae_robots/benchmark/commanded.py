@@ -98,8 +98,8 @@ def law(
         wires, problems = look_up(course.env, experiment.wiring)
         if wires is None:
             raise TegotaeError(f"{saved.name} does not fit the robot: {'; '.join(problems)}")
-        each = np.broadcast_to(table, (len(commands), table.shape[1]))
-        pilot = LawDriver(wires, experiment.wiring, np.asarray(each, np.float32).T)
+        rows = np.broadcast_to(table, (len(commands), table.shape[1]))
+        pilot = LawDriver(wires, experiment.wiring, np.asarray(rows, np.float32).T)
         if omega is not None:
             pilot.restart(np.ones(len(commands), bool), omega)
         return pilot
@@ -244,8 +244,10 @@ def judge(
     along = (moved[..., 0] * np.cos(direction) + moved[..., 1] * np.sin(direction)).sum(axis=0)
     turned, stands = heading[-1] - heading[0], np.where(alive, 1.0, np.nan)
 
-    def over(value: np.ndarray, whole: np.ndarray) -> np.ndarray:
-        return stands * np.where(whole != 0.0, value / np.where(whole != 0.0, whole, 1.0), np.nan)
+    def over(value: np.ndarray, denominator: np.ndarray) -> np.ndarray:
+        return stands * np.where(
+            denominator != 0.0, value / np.where(denominator != 0.0, denominator, 1.0), np.nan
+        )
 
     weight_n = np.where(speed > 0.0, course.weight_n * np.maximum(along, 1e-2), 0.0)
     away_m = np.where(speed > 0.0, np.nan, np.hypot(*(place[-1] - place[0]).T))

@@ -120,8 +120,8 @@ class Ground(ModelSettings):
             trunk = next(body for body in spec.bodies if body.name != "world")
             sphere = require("mujoco", "mujoco").mjtGeom.mjGEOM_SPHERE
             load = trunk.add_body(pos=_PAYLOAD_M)
-            apart = {"contype": 0, "conaffinity": 0, "mass": condition.payload_kg}
-            load.add_geom(type=sphere, size=[0.05, 0.0, 0.0], **apart)
+            options = {"contype": 0, "conaffinity": 0, "mass": condition.payload_kg}
+            load.add_geom(type=sphere, size=[0.05, 0.0, 0.0], **options)
         return spec
 
 
@@ -132,24 +132,24 @@ def _add_box(spec: MjSpec, place: tuple[float, ...], half: tuple[float, ...]) ->
 
 def _add_stairs(spec: MjSpec, height_m: float) -> None:
     """Add flights of stairs across the field, up and down in turn, from a metre ahead on."""
-    (_, right), (far, left) = FIELD_M
+    (_, y0), (far, y1) = FIELD_M
     for k in range(int((far - 1.0) / _TREAD_M)):
         turn = k % (2 * _FLIGHT)
         level = turn + 1 if turn < _FLIGHT else 2 * _FLIGHT - turn - 1
         if level:
             half = 0.5 * level * height_m
-            place = 1.0 + (k + 0.5) * _TREAD_M, 0.5 * (left + right), half
-            _add_box(spec, place, (0.5 * _TREAD_M, 0.5 * (left - right), half))
+            place = 1.0 + (k + 0.5) * _TREAD_M, 0.5 * (y0 + y1), half
+            _add_box(spec, place, (0.5 * _TREAD_M, 0.5 * (y1 - y0), half))
 
 
 def _add_rough_ground(spec: MjSpec, half_m: float, draw: np.random.Generator) -> None:
     """Add heights from 0 to twice `half_m`; around the start it is level."""
-    (back, right), (far, left) = FIELD_M
+    (back, y0), (far, y1) = FIELD_M
     x = np.arange(back, far + 1e-9, _CELL_M)
-    y = np.arange(right, left + 1e-9, _CELL_M)
+    y = np.arange(y0, y1 + 1e-9, _CELL_M)
     share = draw.uniform(size=(len(y), len(x)))
     share[np.hypot(*np.meshgrid(x, y)) < _FREE_M] = 0.0
-    half = 0.5 * (far - back), 0.5 * (left - right)
+    half = 0.5 * (far - back), 0.5 * (y1 - y0)
     spec.add_hfield(
         name="tegotae/rough",
         nrow=len(y),
@@ -158,7 +158,7 @@ def _add_rough_ground(spec: MjSpec, half_m: float, draw: np.random.Generator) ->
         userdata=share.ravel(),
     )
     kind = require("mujoco", "mujoco").mjtGeom.mjGEOM_HFIELD
-    middle = [0.5 * (far + back), 0.5 * (left + right), 0.0]
+    middle = [0.5 * (far + back), 0.5 * (y0 + y1), 0.0]
     spec.worldbody.add_geom(type=kind, hfieldname="tegotae/rough", pos=middle)
 
 

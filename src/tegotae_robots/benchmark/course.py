@@ -109,10 +109,10 @@ class Course:
         states = self.states[:, 1:]
         w, x, y, z = states[:, 3:7].T
         down = -np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
-        left = np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)])
+        leftward = np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)])
         ahead = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)])
         world, turn = states[:, self._nq : self._nq + 3], states[:, self._nq + 3 : self._nq + 6]
-        velocity = ahead * world[:, 0] + left * world[:, 1] - down * world[:, 2]
+        velocity = ahead * world[:, 0] + leftward * world[:, 1] - down * world[:, 2]
         return np.concatenate([observed, velocity.T, turn, down.T], axis=1)
 
     @property

@@ -311,8 +311,8 @@ class ModelLanes:
         columns = [observation, self.batch.work_j[:, None]]
         if len(self._feet_m):
             command = self._schedule.commands_at(self._done * self.batch.step_s)
-            given, (heading, set_point) = command[:, 3], self._heading
-            command[:, 3] = self._heading[1] = np.where(np.isnan(given), set_point, given)
+            explicit, (heading, set_point) = command[:, 3], self._heading
+            command[:, 3] = self._heading[1] = np.where(np.isnan(explicit), set_point, explicit)
             turning = command[:, :3].copy()
             turning[:, 2] += heading_rate(command[:, 3] - heading)
             over = over_feet(turning, self._feet_m)
