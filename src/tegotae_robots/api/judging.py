@@ -37,7 +37,7 @@ def benchmark_commands(
     """Judge a controller that takes commands of velocity, under disturbances of its robot.
 
     Args:
-        entry: controller file of a law that takes commands, which condition_names its robot; or a joystick
+        entry: controller file of a law that takes commands, which names its robot; or a joystick
             policy of MuJoCo Playground's form for Go1, FILE.onnx.
         conditions: names of conditions (`tegotae benchmark conditions`), or all.
         commands: names of commands, which the same table lists, or all.
