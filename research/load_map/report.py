@@ -21,8 +21,6 @@ ROWS = PLACE / "rows.csv"
 GENERATIONS = 40
 PAIRS = (("load", "clock"), ("load", "neither"), ("both", "clock"), ("load", "coupled"))
 """Laws that are compared."""
-MEANS = {"merit": "merit", "fell": "falls", "speed": "speed", "cost": "CoT",
-         "locked": "locked", "lock": "time to lock"}  # fmt: skip
 SHADES = {"first": COLOURS[0], "second": COLOURS[4], "tie": "0.45"}
 TITLES = {"clock": "clock with balance", "load": "load alone", "coupled": "coupled clock"}
 LEVEL = 0.95
@@ -66,95 +64,72 @@ def gain(rows: pd.DataFrame, first: str, second: str, level: float) -> Gain:
 
 
 def gains(rows: pd.DataFrame, first: str, second: str, generations: int) -> dict[str, Gain]:
-    """Return the gains of all cells that have both laws, by name, at the joint level."""
-    rows = rows[rows.generations == generations]
-    laws = rows.groupby("cell").law.unique()
-    names = [cell.name for cell in CELLS if {first, second} <= set(laws.get(cell.name, ()))]
-    held_out = {cell.name for cell in CELLS if cell.held_out}
-    counts = {held: max(sum((n in held_out) == held for n in names), 1) for held in (False, True)}
-    level = {name: 1.0 - (1.0 - LEVEL) / counts[name in held_out] for name in names}
-    return {name: gain(rows[rows.cell == name], first, second, level[name]) for name in names}
-
-
-def report(generations: int = GENERATIONS) -> None:
-    """Write table, counts and figure of the page, of the cells that are measured.
+    """Return the gains of all cells that have both laws, by name, at the joint level.
 
     Args:
+        rows: of judged controllers.
+        first: a law.
+        second: another.
         generations: the budget.
     """
-    rows = with_clock(pd.read_csv(ROWS))
-    pairs = {pair: gains(rows, *pair, generations) for pair in PAIRS}
-    means = rows[rows.generations == generations].groupby(["cell", "law"])[list(MEANS)].mean()
-    lines = [["cell", *LAWS, *(f"{first} − {second}" for first, second in PAIRS)]]
-    lock: list[list[object]] = [["cell", "law", *MEANS.values()]]
-    gained: list[dict[str, object]] = []
-    for name in pairs["load", "clock"]:
-        of_cell = {law: means.loc[name, law] for law in LAWS if (name, law) in means.index}
-        merits = [f"{of_cell[law].merit:.3f}" if law in of_cell else "–" for law in LAWS]
-        found = {pair: of_pair[name] for pair, of_pair in pairs.items() if name in of_pair}
-        lines.append([name, *merits, *(_text(found.get(pair)) for pair in PAIRS)])
-        lock += [[name, law, *(f"{of_cell[law][title]:.2f}" for title in MEANS)]
-                 for law in LAWS if law in of_cell]  # fmt: skip
-        gained += [{"cell": name, "first": first, "second": second, **difference._asdict(),
-                    "verdict": difference.verdict}
-                   for (first, second), difference in found.items()]  # fmt: skip
-    write_text(PLACE / "map.md", markdown_table(lines))
-    write_text(PLACE / "gaits.md", markdown_table(lock))
+    groups = dict(iter(rows[rows.generations == generations].groupby("cell")))
+    names = [c for c in CELLS if {first, second} <= set(groups.get(c.name, rows[:0]).law)]
+    number = {held: sum(cell.held_out == held for cell in names) for held in (False, True)}
+    level = {held: 1.0 - (1.0 - LEVEL) / max(number[held], 1) for held in number}
+    return {c.name: gain(groups[c.name], first, second, level[c.held_out]) for c in names}
+
+
+def report() -> None:
+    """Write table and figure of the page, of the cells that are measured."""
+    rows = pd.read_csv(ROWS)
+    level = rows[(rows.law == "neither") & rows.cell.str.startswith("hopper")]
+    rows = pd.concat([rows, level.assign(law="clock")])  # what cannot tilt needs no balance
+    pairs = {(budget, *pair): gains(rows, *pair, budget)
+             for budget in (20, GENERATIONS, 80) for pair in PAIRS}  # fmt: skip
+    gained = [{"cell": name, "first": first, "second": second, "generations": budget,
+               **difference._asdict(), "verdict": difference.verdict}
+              for (budget, first, second), of_pair in pairs.items()
+              for name, difference in of_pair.items()]  # fmt: skip
     write_rows(PLACE / "gains.csv", gained, digits=4)
-    write_rows(PLACE / "convergence.csv", convergence(rows), digits=4)
-    left = pd.DataFrame(response(rows, generations))
+    rows = rows[rows.generations == GENERATIONS]
+    merit = rows.groupby(["cell", "law"]).merit.mean()
+    lines = [["cell", *LAWS, *(f"{first} − {second}" for first, second in PAIRS)]]
+    for name in pairs[GENERATIONS, "load", "clock"]:
+        merits = [f"{merit.get((name, law), np.nan):.2f}" for law in LAWS]
+        lines.append([name, *merits, *(_text(pairs[GENERATIONS, *p].get(name)) for p in PAIRS)])
+    write_text(PLACE / "map.md", markdown_table(lines).replace("nan", "–"))
+    left = pd.DataFrame(response(rows))
     write_rows(PLACE / "response.csv", left.to_dict("records"), digits=3)
     with styled():
-        save_figure(draw(pairs, means, left), PLACE / "load_map.png")
+        save_figure(draw(pairs[GENERATIONS, "load", "clock"], merit, left), PLACE / "load_map.png")
 
 
-def convergence(rows: pd.DataFrame) -> list[dict[str, object]]:
-    """Return the gain of merit with each doubling of the budget, law by law, of cells with both
-    budgets, and how many cells have other verdicts.
-    """
-    results: list[dict[str, object]] = []
-    means = rows.groupby(["cell", "law", "generations"]).merit.mean().unstack()
-    for few, many in ((20, 40), (40, 80)):
-        if many not in means:
-            continue
-        change = (means[many] - means[few]).dropna()
-        flips = {}
-        for budget in (few, many):
-            both = change.index.get_level_values("cell").unique()
-            of_budget = gains(rows[rows.cell.isin(both)], "load", "clock", budget)
-            flips[budget] = {name: difference.verdict for name, difference in of_budget.items()}
-        names = flips[few].keys() & flips[many].keys()
-        turned = sum({flips[few][n], flips[many][n]} == {"first", "second"} for n in names)
-        results += [{"from": few, "to": many, "law": law, "cells": len(group),
-                     "median_gain": group.median(), "compared": len(names),
-                     "changed": sum(flips[few][n] != flips[many][n] for n in names),
-                     "turned": turned}
-                    for law, group in change.groupby("law")]  # fmt: skip
-    return results
-
-
-def draw(
-    pairs: dict[tuple[str, str], dict[str, Gain]], means: pd.DataFrame, left: pd.DataFrame
-) -> Figure:
+def draw(load: dict[str, Gain], merit: Any, left: pd.DataFrame) -> Figure:
     """Draw the merit of load over that of the clock, what a coupling of the clocks changes, and
     what strides leave of a slip.
+
+    Args:
+        load: gains of load over the clock, by cell.
+        merit: means by cell and law.
+        left: rows of `response`.
     """
-    figure = new_figure(PAGE_IN, 7.4)
+    figure = new_figure(PAGE_IN, 7.0)
     grid = figure.add_gridspec(4, 5)
     plane, bars = figure.add_subplot(grid[:3, :3]), figure.add_subplot(grid[:, 3:])
-    load, cells = pairs["load", "clock"], {cell.name: cell for cell in CELLS}
+    cells = {cell.name: cell for cell in CELLS}
     order = sorted(load, key=lambda name: load[name].mean)
     for place, name in enumerate(order):
         cell, difference = cells[name], load[name]
         shade = SHADES[difference.verdict]
-        x, y = means.merit[name, "clock"], means.merit[name, "load"]
+        x, y = merit[name, "clock"], merit[name, "load"]
         shape = "D" if cell.loses_phase else "o" if cell.walks else "^"
         face = "white" if cell.held_out else shade
         mark: Any = {"marker": shape, "ms": 5, "mec": shade, "mfc": face, "ls": "none"}
-        if (name, "coupled") in means.index:
+        if (name, "coupled") in merit.index:
             arrow = {"arrowstyle": "-|>", "color": COLOURS[5], "lw": 0.6, "alpha": 0.6}
-            plane.annotate("", (means.merit[name, "coupled"], y), (x, y), arrowprops=arrow)
-        plane.plot([x, x], [x + difference.low, x + difference.high], color=shade, lw=0.4)
+            plane.annotate("", (merit[name, "coupled"], y), (x, y), arrowprops=arrow)
+        ends = [x + difference.low, x + difference.high]
+        plane.plot([x, x], ends, color=shade, lw=0.5, alpha=0.4, zorder=1)
         plane.plot(x, y, **mark)
         bars.plot([difference.low, difference.high], [place, place], color=shade, lw=0.8)
         bars.plot(difference.mean, place, **mark | {"ms": 3})
@@ -167,24 +142,19 @@ def draw(
     plane.plot([0, top], [0, top], color="0.5", lw=0.6)
     plane.text(0.03, top - 0.03, "load is needed", va="top", color=COLOURS[0], size=13)
     plane.text(top - 0.03, 0.03, "a clock does", ha="right", color=COLOURS[4], size=13)
+    plane.text(0.03, top - 0.09, "arrows: with the clocks coupled", va="top", color=COLOURS[5])
     plane.set(xlim=(0, top), ylim=(0, top), xlabel="merit of the best clock with balance",
-              ylabel="merit of load alone", aspect="equal")  # fmt: skip
+              ylabel="merit of load alone")  # fmt: skip
     panels = [figure.add_subplot(grid[3, i]) for i in range(3)]
-    for panel, law in zip(panels, ("clock", "load", "coupled"), strict=True):
+    for panel, law in zip(panels, TITLES, strict=True):
         for strides, group in left[left.law == law].groupby("strides"):
-            panel.plot(group.slip, group.left, color=str(0.75 - 0.18 * float(strides)), lw=0.9)
+            panel.plot(group.slip, group.left, color=str(0.75 - 0.18 * float(strides)), lw=0.9,
+                       label=f"{strides}")  # fmt: skip
         panel.set(title=TITLES[law], xlim=(-0.5, 0.5), ylim=(-0.5, 0.5), xlabel="slip [cycles]",
                   xticks=(-0.4, 0.0, 0.4), yticks=(-0.4, 0.0, 0.4))  # fmt: skip
     panels[0].set_ylabel("left of it [cycles]")
+    panels[1].legend(title="strides after", loc="upper left", fontsize=5, title_fontsize=5)
     return figure
-
-
-def with_clock(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return rows in which the clock of a body that cannot tilt is the clock without balance."""
-    tilts = rows[rows.law == "clock"].cell.unique()
-    single = {cell.name for cell in CELLS if cell.mechanics.limbs == 1}
-    level = rows[(rows.law == "neither") & ~rows.cell.isin(tilts) & rows.cell.isin(single)]
-    return pd.concat([rows, level.assign(law="clock")])
 
 
 def _text(difference: Gain | None) -> str:

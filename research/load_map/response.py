@@ -18,20 +18,19 @@ STRIDES = (0, 1, 2, 4)
 STARTS = 8
 
 
-def response(rows: pd.DataFrame, generations: int) -> list[dict[str, object]]:
+def response(rows: pd.DataFrame) -> list[dict[str, object]]:
     """Return the slip that is left after strides, median over searches and starts, law by law.
 
     It is the deviation of the leg's phase from that of the same episode without a slip, less the
     mean deviation of the other legs.
 
     Args:
-        rows: of judged controllers.
-        generations: their budget.
+        rows: of judged controllers of one budget.
     """
     cell = next(cell for cell in CELLS if cell.name == CELL)
     table: list[dict[str, object]] = []
     for law in ("load", "clock", "coupled"):
-        tuned = rows[(rows.cell == CELL) & (rows.law == law) & (rows.generations == generations)]
+        tuned = rows[(rows.cell == CELL) & (rows.law == law)]
         x = np.array([[*map(float, text.split())] for text in tuned.x.dropna()])
         lanes = np.repeat(x, STARTS, axis=0)
         rollout = Rollout(controller=laws.controller(cell, law), timing=cell.timing,
