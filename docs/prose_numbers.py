@@ -61,6 +61,28 @@ def interval(values: pd.Series) -> tuple[float, float, float]:
     return found.mean, found.low, found.high
 
 
+def load_gain(cell: str, first: str = "load", second: str = "clock") -> tuple[float, ...]:
+    """The merit of one law less that of another in a cell of the map of load, and its interval."""
+    pair = {"first": first, "second": second, "generations": 40}
+    (row,) = rows("load_map/gains", cell=cell, **pair).itertuples()
+    return row.mean, row.low, row.high
+
+
+def load_map(law: str, cell: str, column: str = "merit", generations: int = 40) -> float:
+    """The mean of a column over the searches of a law in a cell of the map of load."""
+    return rows("load_map/rows", cell=cell, law=law, generations=generations)[column].mean()
+
+
+def load_verdicts(out_of_step: bool, verdict: str, held_out: bool = False, budget: int = 40) -> int:
+    """How many walkers' and plates' cells of the map of load have this verdict on load − clock."""
+    from research.load_map.cells import CELLS
+
+    cells = {c.name: c for c in CELLS if c.mechanics.limbs > 1}
+    kept = rows("load_map/gains", first="load", second="clock", generations=budget, verdict=verdict)
+    found = [cells[name] for name in kept.cell if name in cells]
+    return sum((c.loses_phase, c.held_out) == (out_of_step, held_out) for c in found)
+
+
 def cells(page: str, column: str, *row: str, part: int = 0) -> list[float]:
     """One number of a column's cells in a table that a page includes, by its path without `.md`.
 
