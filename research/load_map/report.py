@@ -136,13 +136,14 @@ def draw(load: dict[str, Gain], merit: Any, left: pd.DataFrame) -> Figure:
     bars.set_yticks(range(len(order)), order, fontsize=5)
     bars.axvline(0.0, color="0.6", lw=0.5)
     bars.set(xlabel="merit of load − merit of clock", ylim=(-1, len(order)))
-    top = 0.85
+    top = 0.92
     plane.fill_between([0, top], [0, top], top, color=COLOURS[0], alpha=0.07, lw=0)
     plane.fill_between([0, top], 0, [0, top], color=COLOURS[4], alpha=0.07, lw=0)
     plane.plot([0, top], [0, top], color="0.5", lw=0.6)
-    plane.text(0.03, top - 0.03, "load is needed", va="top", color=COLOURS[0], size=13)
-    plane.text(top - 0.03, 0.03, "a clock does", ha="right", color=COLOURS[4], size=13)
-    plane.text(0.03, top - 0.09, "arrows: with the clocks coupled", va="top", color=COLOURS[5])
+    box = {"facecolor": "white", "alpha": 0.7, "lw": 0, "pad": 1}
+    plane.text(0.03, 0.87, "load is needed", color=COLOURS[0], size=13, bbox=box)
+    plane.text(0.03, 0.83, "arrows: with the clocks coupled", color=COLOURS[5], bbox=box)
+    plane.text(0.89, 0.03, "a clock does", ha="right", color=COLOURS[4], size=13)
     plane.set(xlim=(0, top), ylim=(0, top), xlabel="merit of the best clock with balance",
               ylabel="merit of load alone")  # fmt: skip
     panels = [figure.add_subplot(grid[3, i]) for i in range(3)]

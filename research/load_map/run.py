@@ -26,7 +26,7 @@ deviation of a candidate in units of a number's range."""
 DOUBLED = 80
 """Twice the budget, for some cells; half of the budget is judged in all."""
 DOUBLE = ("quadruped, reference", "quadruped, reference, any phases")
-"""Cells that get all laws first, and whose load and clock go on to the double of the budget."""
+"""Cells whose searches of load and clock go on to the double of the budget."""
 JUDGED = 20
 """Starts from which a tuned law is judged; their seeds are below those of the training."""
 UNSEEN = 1_000_000
@@ -49,19 +49,12 @@ def tune(only: str = "", dir: Path = FOLDER, generations: int = GENERATIONS) -> 
     """
     output_folder(dir)
     named = {cell.name: cell for cell in CELLS if cell.name.startswith(only)}
-    early, cells = list(named)[:24], {}
-    for name, cell in named.items():
-        for law in laws_of(cell):
-            rank = {"coupled": 2, "both": 6, "neither": 6}.get(law, 0)
-            cells[name, law, generations] = rank if name in early else max(rank, 3) + rank // 2
-            if name in DOUBLE:
-                cells[name, law, generations] = 0
-                if law in ("load", "clock"):
-                    cells[name, law, DOUBLED] = 1
+    cells = [(name, law, generations) for name, cell in named.items() for law in laws_of(cell)]
+    doubled = [
+        (name, law, DOUBLED) for name in DOUBLE if name in named for law in ("load", "clock")
+    ]
     table = Table(ROWS, ("cell", "law", "generations"), digits=4)
-    table.measure(
-        sorted(cells, key=lambda cell: cells[cell]), lambda name, *how: rows(named[name], *how, dir)
-    )
+    table.measure(cells + doubled, lambda name, *how: rows(named[name], *how, dir))
 
 
 def rows(cell: Cell, law: str, generations: int, folder: Path) -> list[dict[str, object]]:
