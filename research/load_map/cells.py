@@ -99,7 +99,7 @@ class Cell:
         return dataclasses.replace(timing, tick_s=timing.tick_s / finer)
 
     @cached_property
-    def whole(self) -> Body:
+    def complete_body(self) -> Body:
         """The body with its wrapper."""
         if self.wrapper is None:
             return self.mechanics
@@ -151,7 +151,7 @@ class Cell:
         if isinstance(getattr(body, "terrain", None), Rough):
             changes["terrain.place"] = (seeds % 97).astype(float)
         pose = {"pitch_rad": 0.05 * tilt[0], "roll_rad": 0.05 * tilt[1]}
-        pose = {name: x for name, x in pose.items() if name in self.whole.pose_names}
+        pose = {name: x for name, x in pose.items() if name in self.complete_body.pose_names}
         sag = body.weight_n / (limbs * body.stiffness_z_n_per_m) if walks else 0.0
         height = body.touching_height_m + numbers["press"] - sag if walks else 1.2
         scenario = Scenario(

@@ -80,9 +80,9 @@ class BalancedSector(FreeSector):
 def ranges(cell: Cell, law: str) -> dict[str, Range]:
     """Return the free numbers of a law in a cell."""
     load, balance, coupled = LAWS[law]
-    chosen = dict(STEPS if cell.walks else PUSHES)
-    chosen |= (TILT if cell.walks else CORNER) if balance and cell.mechanics.limbs > 1 else {}
-    return chosen | (LOAD if load else {}) | ({"kappa": (1.0, 0.7, True)} if coupled else {})
+    free = dict(STEPS if cell.walks else PUSHES)
+    free |= (TILT if cell.walks else CORNER) if balance and cell.mechanics.limbs > 1 else {}
+    return free | (LOAD if load else {}) | ({"kappa": (1.0, 0.7, True)} if coupled else {})
 
 
 def numbers(cell: Cell, law: str, x: np.ndarray) -> dict[str, np.ndarray]:
@@ -126,8 +126,8 @@ def weights(cell: Cell, law: str, values: Mapping[str, np.ndarray]) -> np.ndarra
 @needing("x_m", "y_m", "work_absolute_j", "failed", "time_s")
 def _walked(path: Any, scenario: Any, body: Any, timing: Any) -> tuple[jax.Array, ...]:
     half = path.time_s.shape[0] // 2 - 1
-    way = jnp.hypot(path.x_m[-1] - path.x_m[half], path.y_m[-1] - path.y_m[half])
-    return _totals(path, way, half)
+    distance = jnp.hypot(path.x_m[-1] - path.x_m[half], path.y_m[-1] - path.y_m[half])
+    return _totals(path, distance, half)
 
 
 @needing("climb_flight_m", "work_absolute_j", "failed", "time_s")
@@ -136,10 +136,10 @@ def _hopped(path: Any, scenario: Any, body: Any, timing: Any) -> tuple[jax.Array
     return _totals(path, path.climb_flight_m[-1] - path.climb_flight_m[half], half)
 
 
-def _totals(path: Any, way: jax.Array, half: int) -> tuple[jax.Array, ...]:
-    """Return way, work and time of the second half, and the share of the episode before a fall."""
+def _totals(path: Any, distance: jax.Array, half: int) -> tuple[jax.Array, ...]:
+    """Return distance, work, time of the second half, and the share of time before a fall."""
     work = path.work_absolute_j[-1] - path.work_absolute_j[half]
-    return way, work, path.time_s[-1] - path.time_s[half], 1.0 - path.failed.mean(axis=0)
+    return distance, work, path.time_s[-1] - path.time_s[half], 1.0 - path.failed.mean(axis=0)
 
 
 def episodes(cell: Cell, law: str, x: np.ndarray, seeds: np.ndarray) -> dict[str, np.ndarray]:
@@ -161,10 +161,12 @@ def episodes(cell: Cell, law: str, x: np.ndarray, seeds: np.ndarray) -> dict[str
     values, body = numbers(cell, law, x), cell.mechanics
     rollout = Rollout(controller=controller(cell, law), timing=cell.timing,
                       summary=_walked if cell.walks else _hopped)  # fmt: skip
-    results = rollout.run(weights(cell, law, values), cell.scenario(values, seeds), cell.whole)
-    way, work, time, up = (np.nan_to_num(np.asarray(a, float)) for a in results)
+    results = rollout.run(
+        weights(cell, law, values), cell.scenario(values, seeds), cell.complete_body
+    )
+    distance, work, time, up = (np.nan_to_num(np.asarray(a, float)) for a in results)
     weight = getattr(body, "total_mass_kg", body.mass_kg) * body.gravity_m_per_s2
-    speed, cost = way / np.maximum(time, 1e-9), work / np.maximum(weight * way, 1e-9)
+    speed, cost = distance / np.maximum(time, 1e-9), work / np.maximum(weight * distance, 1e-9)
     track = np.maximum(1.0 - np.abs(speed / SPEED[cell.walks] - 1.0), 0.0)
     fell = (up < 1.0) | ~np.isfinite(speed * cost)
     merit = np.where(fell, 0.0, track / (1.0 + np.minimum(cost, 1e6)))
@@ -178,9 +180,11 @@ def locks(cell: Cell, law: str, x: np.ndarray, seeds: np.ndarray) -> np.ndarray:
     It is NaN of an episode that falls or does not lock before its last quarter.
     """
     values, steps = numbers(cell, law, x), controller(cell, law)
-    summary = CoordinationSummary.on(steps, cell.whole)
+    summary = CoordinationSummary.on(steps, cell.complete_body)
     rollout = Rollout(controller=steps, timing=cell.timing, summary=summary)
-    results = rollout.run(weights(cell, law, values), cell.scenario(values, seeds), cell.whole)
+    results = rollout.run(
+        weights(cell, law, values), cell.scenario(values, seeds), cell.complete_body
+    )
     time = np.asarray(results.lock_time_s, float)
     begun = 0.5 * cell.timing.duration_s if cell.event else 0.0
     return np.maximum(time - begun, 0.0)

@@ -98,20 +98,20 @@ def report() -> None:
         merits = [f"{merit.get((name, law), np.nan):.2f}" for law in LAWS]
         lines.append([name, *merits, *(_text(pairs[GENERATIONS, *p].get(name)) for p in PAIRS)])
     write_text(PLACE / "map.md", markdown_table(lines).replace("nan", "–"))
-    left = pd.DataFrame(response(rows))
-    write_rows(PLACE / "response.csv", left.to_dict("records"), digits=3)
+    slips = pd.DataFrame(response(rows))
+    write_rows(PLACE / "response.csv", slips.to_dict("records"), digits=3)
     with styled():
-        save_figure(draw(pairs[GENERATIONS, "load", "clock"], merit, left), PLACE / "load_map.png")
+        save_figure(draw(pairs[GENERATIONS, "load", "clock"], merit, slips), PLACE / "load_map.png")
 
 
-def draw(load: dict[str, Gain], merit: Any, left: pd.DataFrame) -> Figure:
+def draw(load: dict[str, Gain], merit: Any, slips: pd.DataFrame) -> Figure:
     """Draw the merit of load over that of the clock, what a coupling of the clocks changes, and
     what strides leave of a slip.
 
     Args:
         load: gains of load over the clock, by cell.
         merit: means by cell and law.
-        left: rows of `response`.
+        slips: rows of `response`.
     """
     figure = new_figure(PAGE_IN, 7.0)
     grid = figure.add_gridspec(4, 5)
@@ -148,8 +148,8 @@ def draw(load: dict[str, Gain], merit: Any, left: pd.DataFrame) -> Figure:
               ylabel="merit of load alone")  # fmt: skip
     panels = [figure.add_subplot(grid[3, i]) for i in range(3)]
     for panel, law in zip(panels, TITLES, strict=True):
-        for strides, group in left[left.law == law].groupby("strides"):
-            panel.plot(group.slip, group.left, color=str(0.75 - 0.18 * float(strides)), lw=0.9,
+        for strides, group in slips[slips.law == law].groupby("strides"):
+            panel.plot(group.slip, group.remaining, color=str(0.75 - 0.18 * float(strides)), lw=0.9,
                        label=f"{strides}")  # fmt: skip
         panel.set(title=TITLES[law], xlim=(-0.5, 0.5), ylim=(-0.5, 0.5), xlabel="slip [cycles]",
                   xticks=(-0.4, 0.0, 0.4), yticks=(-0.4, 0.0, 0.4))  # fmt: skip

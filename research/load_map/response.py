@@ -40,12 +40,12 @@ def response(rows: pd.DataFrame) -> list[dict[str, object]]:
             values = laws.numbers(cell, law, lanes) | {"slip": np.full(len(lanes), slip)}
             scenario = cell.scenario(values, np.tile(np.arange(STARTS), len(x)))
             weights = laws.weights(cell, law, values)
-            paths.append(np.asarray(rollout.run(weights, scenario, cell.whole).phase_rad))
-        table += _left(law, np.exp(1j * np.array(paths)), cell.timing.frame_s)
+            paths.append(np.asarray(rollout.run(weights, scenario, cell.complete_body).phase_rad))
+        table += _remaining(law, np.exp(1j * np.array(paths)), cell.timing.frame_s)
     return table
 
 
-def _left(law: str, phase: np.ndarray, frame_s: float) -> list[dict[str, object]]:
+def _remaining(law: str, phase: np.ndarray, frame_s: float) -> list[dict[str, object]]:
     """Return rows of phases as complex numbers, [1 + slips, frames, limbs, lanes]."""
     begins = phase.shape[1] // 2 + round(SLIP_S / frame_s)
     turned = np.angle(phase[0, begins + 1 :, 0] / phase[0, begins:-1, 0]).mean(axis=0)
@@ -53,12 +53,12 @@ def _left(law: str, phase: np.ndarray, frame_s: float) -> list[dict[str, object]
     rows: list[dict[str, object]] = []
     for strides in STRIDES:
         frame = np.minimum(begins + strides * stride, phase.shape[1] - 1).astype(int)
-        now = np.take_along_axis(phase, frame[None, None, None], axis=1)[:, 0]
-        off = now[1:] / now[:1]
+        phases = np.take_along_axis(phase, frame[None, None, None], axis=1)[:, 0]
+        off = phases[1:] / phases[:1]
         if not strides:
             first = np.abs(np.angle(off / off.mean(axis=1, keepdims=True))).argmax(axis=1)
         leg = np.take_along_axis(off, first[:, None], axis=1)[:, 0]
-        left = np.angle(leg / (off.sum(axis=1) - leg)) / (2.0 * np.pi)
-        rows += [{"law": law, "strides": strides, "slip": slip, "left": np.median(values)}
-                 for slip, values in zip(SLIPS, left, strict=True)]  # fmt: skip
+        remaining = np.angle(leg / (off.sum(axis=1) - leg)) / (2.0 * np.pi)
+        rows += [{"law": law, "strides": strides, "slip": slip, "remaining": np.median(values)}
+                 for slip, values in zip(SLIPS, remaining, strict=True)]  # fmt: skip
     return rows

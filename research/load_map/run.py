@@ -48,13 +48,20 @@ def tune(only: str = "", dir: Path = FOLDER, generations: int = GENERATIONS) -> 
         generations: the budget.
     """
     output_folder(dir)
-    named = {cell.name: cell for cell in CELLS if cell.name.startswith(only)}
-    cells = [(name, law, generations) for name, cell in named.items() for law in laws_of(cell)]
+    cells_by_name = {cell.name: cell for cell in CELLS if cell.name.startswith(only)}
+    cells = [
+        (name, law, generations) for name, cell in cells_by_name.items() for law in laws_of(cell)
+    ]
     doubled = [
-        (name, law, DOUBLED) for name in DOUBLE if name in named for law in ("load", "clock")
+        (name, law, DOUBLED)
+        for name in DOUBLE
+        if name in cells_by_name
+        for law in ("load", "clock")
     ]
     table = Table(ROWS, ("cell", "law", "generations"), digits=4)
-    table.measure(cells + doubled, lambda name, *how: rows(named[name], *how, dir))
+    table.measure(
+        cells + doubled, lambda name, law, budget: rows(cells_by_name[name], law, budget, dir)
+    )
 
 
 def rows(cell: Cell, law: str, generations: int, folder: Path) -> list[dict[str, object]]:
@@ -88,29 +95,29 @@ def rows(cell: Cell, law: str, generations: int, folder: Path) -> list[dict[str,
 def judged(cell: Cell, law: str, budget: int, x: np.ndarray) -> list[dict[str, object]]:
     """Return means over starts, of search k, and the mean merit over searches, from start k."""
     lanes, seeds = np.repeat(x, JUDGED, axis=0), np.tile(np.arange(JUDGED), SEEDS)
-    found = laws.episodes(cell, law, lanes, seeds)
-    found["lock"] = np.full(len(lanes), np.nan)
+    measured = laws.episodes(cell, law, lanes, seeds)
+    measured["lock"] = np.full(len(lanes), np.nan)
     if cell.mechanics.limbs > 1:
-        found["lock"] = laws.locks(cell, law, lanes, seeds)
-    found = {name: value.reshape(SEEDS, JUDGED) for name, value in found.items()}
-    up, locked = ~found["fell"], np.isfinite(found["lock"])
+        measured["lock"] = laws.locks(cell, law, lanes, seeds)
+    measured = {name: value.reshape(SEEDS, JUDGED) for name, value in measured.items()}
+    up, locked = ~measured["fell"], np.isfinite(measured["lock"])
     rows: list[dict[str, object]] = []
     for k in range(JUDGED):
         row: dict[str, object] = {"cell": cell.name, "law": law, "generations": budget, "k": k}
-        row["start_merit"] = found["merit"][:, k].mean()
+        row["start_merit"] = measured["merit"][:, k].mean()
         if k < SEEDS:
-            row |= {"merit": found["merit"][k].mean(), "fell": found["fell"][k].mean(),
-                    "speed": mean_of(found["speed"][k], up[k]),
-                    "cost": mean_of(found["cost"][k], up[k]), "locked": locked[k].mean(),
-                    "lock": mean_of(found["lock"][k], locked[k])}  # fmt: skip
+            row |= {"merit": measured["merit"][k].mean(), "fell": measured["fell"][k].mean(),
+                    "speed": mean_of(measured["speed"][k], up[k]),
+                    "cost": mean_of(measured["cost"][k], up[k]), "locked": locked[k].mean(),
+                    "lock": mean_of(measured["lock"][k], locked[k])}  # fmt: skip
             row["x"] = " ".join(f"{number:.3f}" for number in x[k])
         rows.append(row)
     return rows
 
 
-def mean_of(values: np.ndarray, which: np.ndarray) -> float:
+def mean_of(values: np.ndarray, mask: np.ndarray) -> float:
     """Return the mean of some values, NaN of none."""
-    return float(values[which].mean()) if which.any() else float("nan")
+    return float(values[mask].mean()) if mask.any() else float("nan")
 
 
 if __name__ == "__main__":
