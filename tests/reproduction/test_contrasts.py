@@ -12,6 +12,7 @@ from research.reproduction.learning.contrasts import (
     contrast_rows,
     contrast_table,
 )
+from research.reproduction.learning.works import WORKS, gains, works_table
 
 OMEGAS = (4.0, 8.0)
 
@@ -56,16 +57,16 @@ def test_the_base_is_the_best_v_on_the_first_half_of_the_releases(runs):
 
 
 def test_the_mean_of_runs_and_the_chosen_run_are_both_judged_on_the_second_half(runs):
-    found = comparisons(runs)
-    mean, chosen = (found[f"learned, {x} − best V"] for x in ("mean of runs", "chosen run"))
+    by_name = comparisons(runs)
+    mean, chosen = (by_name[f"learned, {x} − best V"] for x in ("mean of runs", "chosen run"))
     np.testing.assert_allclose(mean.differences, [[-0.1, -0.1], [0.5, 0.5]])
     np.testing.assert_allclose(chosen.differences, [[0.1, 0.1], [0.4, 0.4]])
 
 
 def test_a_short_law_is_chosen_among_all_laws_and_runs(runs):
-    found = comparisons(runs)
-    np.testing.assert_allclose(found["best short law − best V"].differences, [[0.2, 0.2]])
-    over_law = found["learned, chosen run − best short law"]
+    by_name = comparisons(runs)
+    np.testing.assert_allclose(by_name["best short law − best V"].differences, [[0.2, 0.2]])
+    over_law = by_name["learned, chosen run − best short law"]
     np.testing.assert_allclose(over_law.differences, [[-0.1, -0.1], [0.2, 0.2]])
 
 
@@ -121,3 +122,18 @@ def test_searched_laws_are_chosen_like_runs_and_stand_beside_v_and_learned_feedb
     mean = rows["learned, mean of runs − best law by DE"].differences
     np.testing.assert_allclose(mean, [[-0.4, -0.4], [0.2, 0.2]])
     assert not any("CMA-ES" in name for name in rows), "none was given"
+
+
+def test_a_gain_is_relative_to_the_larger_and_unfinished_bodies_have_none(runs):
+    """V has 0.4 where it is judged; AR and ART have 0.3 and 0.9 on average."""
+    rows = runs[runs.architecture.isin(["V", "AR", "ART"])].assign(
+        model=lambda x: x.architecture + "-" + x.drive + x.omega_t.astype(str) + x.run.astype(str)
+    )
+    rows["model"] = "V-both-" + rows.model  # any that comes first
+    bodies = [rows.assign(body=body, work=work) for body in range(3) for work in WORKS]
+    by_work = gains(pd.concat([*bodies[:-1], bodies[-1].iloc[:-1]]))
+    assert by_work.loc[0].tolist() == pytest.approx([0.2 / 0.6] * 3)
+    assert np.isnan(by_work.loc[2, "net"])
+    table = works_table(by_work)
+    assert "| absolute | 3 | +0.33 [+0.33, +0.33] | – | 3 | 0 |" in table
+    assert "| net | 2 |" in table
