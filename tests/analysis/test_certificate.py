@@ -200,6 +200,15 @@ def test_a_file_that_is_no_whole_certificate_is_refused_in_a_line(tmp_path, spoi
     assert completed.returncode == 1
 
 
+def test_the_checker_bounds_the_networks_of_a_trained_controller():
+    kept = json.loads((HERE / "ART-rF-tphi-w4-certificate.json").read_text("utf-8"))
+    ranks = np.array(kept["ranks"])
+    core = kept | {"ranks": np.where(ranks == 0, 0, -1).tolist()}
+    weights = tg.load("zoo:ART-rF-tphi-w4/4").saved.weights
+    assert kept["law"]["weights"] == weights.tolist()
+    assert checker.check(core)["cells"] == (ranks == 0).sum() == 2
+
+
 def test_a_law_without_bounds_is_refused_in_a_line():
     with pytest.raises(tg.TegotaeError, match="certify has no bounds of Network, the gain"):
         tg.load("zoo:ARG-rF-gF-sector-w8").certify()
