@@ -91,6 +91,7 @@ def test_the_manifest_tells_inputs_outputs_units_scales_and_what_happens_in_flig
     assert (manifest["tick_s"], manifest["trained_tick_s"]) == (0.001, 0.002)
     assert "air" in manifest["flight"]
     assert set(manifest["files"]) == FILES["flat"] == {path.name for path in out.iterdir()}
+    assert len(manifest["weights_sha256"]) == 64  # which a certificate of hopping names
     neuron = manifest["weights"]["reaction"]["neuron"][0]
     first = single.controller.layout["reaction"].start
     assert neuron["spring_force"] == pytest.approx(float(single.weights[first]))
