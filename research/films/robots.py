@@ -21,7 +21,7 @@ from PIL import Image, ImageDraw
 
 from research.frame import main
 from research.go1.episodes import ROOT, course_of
-from research.go1.plan import ADAPTED, SELECTED, Condition
+from research.go1.plan import ADAPTED, SELECTED, RobotCondition
 from research.go1.run import calibrated, runs_of
 from tegotae import cli
 from tegotae._support.files import output_folder
@@ -42,10 +42,10 @@ ROBOTS = {
     "boom_leg": ("", 40.0),
 }
 """Names of the legs, and the command [rad/s]."""
-SPEEDS = {f"{speed:g} m/s": (speed, Condition(), 2.0) for speed in (0.3, 1.2, 2.5)}
+SPEEDS = {f"{speed:g} m/s": (speed, RobotCondition(), 2.0) for speed in (0.3, 1.2, 2.5)}
 DISTURBED = {
-    "push of 1 m/s at 5 s": (1.2, Condition(push_m_per_s=1.0), 4.5),
-    "blocks of 4 cm": (1.2, Condition(blocks_m=0.04), 4.0),
+    "push of 1 m/s at 5 s": (1.2, RobotCondition(push_m_per_s=1.0), 4.5),
+    "blocks of 4 cm": (1.2, RobotCondition(blocks_m=0.04), 4.0),
 }
 """Commanded speed [m/s], condition, and beginning of the film [s]."""
 OF_GO1 = {"speeds": SPEEDS, "disturbed": DISTURBED}
@@ -85,7 +85,7 @@ def of_robot(robot: str) -> Iterator[np.ndarray]:
         yield from film(episode)[round(2.0 * FRAMES_PER_S) :: EVERY]
 
 
-def of_go1(speed_m_per_s: float, condition: Condition, begin_s: float) -> Iterator[np.ndarray]:
+def of_go1(speed_m_per_s: float, condition: RobotCondition, begin_s: float) -> Iterator[np.ndarray]:
     """Yield pictures of Go1 under the selected run of the final law."""
     run = calibrated(runs_of(ADAPTED)[SELECTED])
     omega = run.pace.omega_at(np.array([speed_m_per_s]))

@@ -19,7 +19,7 @@ from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.wires import look_up
 from tegotae.envs.wiring import Wiring
 from tegotae_robots.benchmark.commanded import LawDriver
-from tegotae_robots.benchmark.conditions import Condition
+from tegotae_robots.benchmark.conditions import RobotCondition
 from tegotae_robots.benchmark.course import Course
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -38,7 +38,7 @@ SETTINGS = ModelSettings(
 SECONDS, SETTLE_S = 30.0, 2.0
 
 
-def course_of(condition: Condition, layouts: Sequence[int], seconds: float) -> Course:
+def course_of(condition: RobotCondition, layouts: Sequence[int], seconds: float) -> Course:
     """Return lanes of the robot under one condition, each at its own time."""
     return Course(SETTINGS, condition, layouts, seconds)
 
@@ -116,7 +116,7 @@ def evaluate(
     driver_of: DriverOf,
     omega: np.ndarray,
     starts: Sequence[int],
-    condition: Condition,
+    condition: RobotCondition,
     seconds: float = SECONDS,
 ) -> Results:
     """Simulate lanes of drivers, each from its start at its command.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from tegotae_robots.benchmark.conditions import TWELVE, Condition
+from tegotae_robots.benchmark.conditions import TWELVE, RobotCondition
 
 FOLDER = Path(__file__).parent
 """Place of the page, its tables and pictures."""
@@ -25,7 +25,7 @@ among the ten trots with balance reflexes after their first phase of training.""
 
 
 UNDISTURBED, RANDOM_PHASES = "undisturbed", "random phases"
-CONDITIONS = TWELVE | {RANDOM_PHASES: Condition(random_phases=True)}
+CONDITIONS = TWELVE | {RANDOM_PHASES: RobotCondition(random_phases=True)}
 
 
 @dataclass(frozen=True)
@@ -84,9 +84,9 @@ CHECKS = {
 
 
 MET = (
-    Condition(push_m_per_s=1.0),
-    Condition(blocks_m=0.04),
-    Condition(random_phases=True, delay_s=0.02),
+    RobotCondition(push_m_per_s=1.0),
+    RobotCondition(blocks_m=0.04),
+    RobotCondition(random_phases=True, delay_s=0.02),
 )
 """Conditions of all trainings; a push is to the left in all, and a law is mirrored."""
 TRAINED_SPEEDS, TRAINED_S = (0.3, 1.3, 2.5), 8.0
@@ -110,7 +110,7 @@ class Phase:
     """
 
     price: float
-    conditions: tuple[Condition, ...]
+    conditions: tuple[RobotCondition, ...]
     generations: int
     std: float
     steps: int
@@ -118,7 +118,7 @@ class Phase:
 
 PHASES = (
     Phase(0.1, MET, 25, 0.08, 2_160_000),
-    Phase(0.2, (*MET, Condition(blocks_m=0.02)), 15, 0.04, 3_888_000),
+    Phase(0.2, (*MET, RobotCondition(blocks_m=0.02)), 15, 0.04, 3_888_000),
 )
 """Phases of the trainings; the open-loop trot has the first alone."""
 ADAPTATION = {"sigma": 0.025, "lift": 0.75}

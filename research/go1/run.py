@@ -41,7 +41,7 @@ from research.go1.plan import (
     SECONDS,
     SPEEDS,
     STARTS,
-    Condition,
+    RobotCondition,
 )
 from research.go1.report import report
 from research.go1.train import adapt, pace_of, train_law, trained, untrained, wiring_of
@@ -95,7 +95,9 @@ def calibrated(run: Run) -> Run:
     tried = np.array(SPEEDS) if run.line else np.linspace(SPEEDS[0], SPEEDS[-1], 9)
     omega = np.repeat(run.pace.omega_at(tried), len(CALIBRATION))
     starts = list(CALIBRATION) * len(tried)
-    speed = episodes.evaluate(run.driver_of(len(omega)), omega, starts, Condition()).speed_m_per_s
+    speed = episodes.evaluate(
+        run.driver_of(len(omega)), omega, starts, RobotCondition()
+    ).speed_m_per_s
     sound = speed > 0.0
     if len(np.unique(omega[sound])) < 2:
         return run
@@ -111,7 +113,7 @@ def calibrated(run: Run) -> Run:
 
 def measured(
     run: Run,
-    condition: Condition,
+    condition: RobotCondition,
     identity: dict[str, Any],
     starts: tuple[int, ...] = STARTS,
     seconds: float = SECONDS,

@@ -86,18 +86,19 @@ def report() -> None:
     rows = pd.concat([rows, level.assign(law="clock")])  # what cannot tilt needs no balance
     pairs = {(budget, *pair): gains(rows, *pair, budget)
              for budget in (20, GENERATIONS, 80) for pair in PAIRS}  # fmt: skip
-    gained = [{"cell": name, "first": first, "second": second, "generations": budget,
+    differences = [{"cell": name, "first": first, "second": second, "generations": budget,
                **difference._asdict(), "verdict": difference.verdict}
               for (budget, first, second), of_pair in pairs.items()
               for name, difference in of_pair.items()]  # fmt: skip
-    write_rows(PLACE / "gains.csv", gained, digits=4)
+    write_rows(PLACE / "gains.csv", differences, digits=4)
     rows = rows[rows.generations == GENERATIONS]
     merit = rows.groupby(["cell", "law"]).merit.mean()
-    lines = [["cell", *LAWS, *(f"{first} − {second}" for first, second in PAIRS)]]
-    for name in pairs[GENERATIONS, "load", "clock"]:
-        merits = [f"{merit.get((name, law), np.nan):.2f}" for law in LAWS]
-        lines.append([name, *merits, *(_text(pairs[GENERATIONS, *p].get(name)) for p in PAIRS)])
-    write_text(PLACE / "map.md", markdown_table(lines).replace("nan", "–"))
+    names = [*pairs[GENERATIONS, "load", "clock"]]
+    merits = [[name, *(f"{merit.get((name, law), np.nan):.2f}" for law in LAWS)] for name in names]
+    gained = [[name, *(_text(pairs[GENERATIONS, *p].get(name)) for p in PAIRS)] for name in names]
+    heads = [["cell", *LAWS], ["cell", *(f"{first} − {second}" for first, second in PAIRS)]]
+    tables = [markdown_table([heads[0], *merits]), markdown_table([heads[1], *gained])]
+    write_text(PLACE / "map.md", "\n".join(tables).replace("nan", "–"))
     slips = pd.DataFrame(response(rows))
     write_rows(PLACE / "response.csv", slips.to_dict("records"), digits=3)
     with styled():

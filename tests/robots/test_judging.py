@@ -10,7 +10,7 @@ from refusals import refused
 from tegotae.envs.mujoco.sensing import sensing
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae_robots.benchmark.commanded import Commanded, judge
-from tegotae_robots.benchmark.conditions import CONDITIONS, Condition, model_of
+from tegotae_robots.benchmark.conditions import CONDITIONS, RobotCondition, model_of
 from tegotae_robots.benchmark.course import TRUNK, Course
 
 ROBOT = ModelSettings(
@@ -65,7 +65,7 @@ STILL = Commanded(ROBOT, Still)
 
 def test_a_robot_that_stands_follows_no_command_and_stays_on_its_place():
     commands = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    outcome = judge(STILL, commands, [1, 1, 1], Condition(), 0.5)
+    outcome = judge(STILL, commands, [1, 1, 1], RobotCondition(), 0.5)
     assert not outcome.fell.any()
     assert (outcome.lasted == 1.0).all()
     assert outcome.astray_m[0] < 0.02
@@ -111,7 +111,7 @@ def test_a_fall_ends_an_episode_and_counts_as_nothing_else():
 
     low = dataclasses.replace(ROBOT, servo_nm_per_rad=0.0)
     outcome = judge(
-        Commanded(low, Lies), np.array([[0.5, 0.0, 0.0]]), [1], Condition(mass=20.0), 1.0
+        Commanded(low, Lies), np.array([[0.5, 0.0, 0.0]]), [1], RobotCondition(mass=20.0), 1.0
     )
     assert outcome.fell.all()
     assert outcome.lasted[0] < 1.0

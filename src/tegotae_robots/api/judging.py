@@ -71,19 +71,19 @@ def benchmark_commands(
     if entry.endswith(".onnx"):
         feet = tuple(f"{leg}_foot" for leg in ("FL", "FR", "RL", "RR"))
         plain = ModelSettings(model=_GO1, feet=feet, ground=True, noise=0.02, release_m=0.03)
-        judged = joystick(Path(entry), with_servos(plain, servos or _SERVOS, _PERIOD_S))
+        evaluated = joystick(Path(entry), with_servos(plain, servos or _SERVOS, _PERIOD_S))
     else:
-        judged = law(controller_of(resolve(entry)))
+        evaluated = law(controller_of(resolve(entry)))
         if servos:
-            robot = judged.settings
+            robot = evaluated.settings
             settings = with_servos(robot, servos, robot.control_s)
-            judged = dataclasses.replace(judged, settings=settings)
+            evaluated = dataclasses.replace(evaluated, settings=settings)
     cells = [(command, start) for command in command_names for start in range(starts)]
     numbers = np.array([COMMANDS[command] for command, _ in cells])
     tables = list[pd.DataFrame]()
     for name in condition_names:
         seeds = [9001 + start for _, start in cells]
-        columns = judge(judged, numbers, seeds, CONDITIONS[name], duration_s).columns
+        columns = judge(evaluated, numbers, seeds, CONDITIONS[name], duration_s).columns
         labels = pd.DataFrame(cells, columns=["command", "start"])
         tables.append(labels.assign(condition=name, **columns))
     rows = pd.concat(tables, ignore_index=True)
@@ -140,9 +140,9 @@ def benchmark_conditions() -> Table:
     """
     require_all(extras_of("go1.xml"))
     from tegotae_robots.benchmark.commanded import COMMANDS
-    from tegotae_robots.benchmark.conditions import CONDITIONS, Condition
+    from tegotae_robots.benchmark.conditions import CONDITIONS, RobotCondition
 
-    default, rows = dataclasses.asdict(Condition()), list[tuple[str, str, str]]()
+    default, rows = dataclasses.asdict(RobotCondition()), list[tuple[str, str, str]]()
     for name, condition in CONDITIONS.items():
         fields = dataclasses.asdict(condition).items()
         changed = [f"{field} = {x:.3g}" for field, x in fields if x != default[field]]

@@ -19,7 +19,7 @@ from tegotae.envs.wiring import read_by
 from tegotae.envs.wrapper import Pilot
 from tegotae.systems.controller_file import SavedController
 from tegotae.training.environments.experiment import EnvExperiment
-from tegotae_robots.benchmark.conditions import FIELD_M, Condition
+from tegotae_robots.benchmark.conditions import FIELD_M, RobotCondition
 from tegotae_robots.benchmark.course import TRUNK, Course
 
 COMMANDS: dict[str, tuple[float, float, float]] = {
@@ -39,7 +39,7 @@ _ACTION_RAD = 0.5
 _ENTRIES = 48
 
 
-class Driver(Protocol):
+class LanePolicy(Protocol):
     """Controller of all lanes."""
 
     @property
@@ -63,7 +63,7 @@ class Commanded:
     """
 
     settings: ModelSettings
-    driver: Callable[[Course, np.ndarray], Driver]
+    driver: Callable[[Course, np.ndarray], LanePolicy]
     trunk: bool = False
 
 
@@ -94,7 +94,7 @@ def law(
     experiment = EnvExperiment.from_controller(saved)
     table = np.ravel(saved.weights)[None] if weights is None else weights
 
-    def driver(course: Course, commands: np.ndarray) -> Driver:
+    def driver(course: Course, commands: np.ndarray) -> LanePolicy:
         wires, problems = look_up(course.env, experiment.wiring)
         if wires is None:
             raise TegotaeError(f"{saved.name} does not fit the robot: {'; '.join(problems)}")
@@ -129,7 +129,7 @@ def joystick(path: Path, settings: ModelSettings, holds_heading: bool = True) ->
         raise TegotaeError(f"{path} observes {entries} numbers; a joystick policy has {_ENTRIES}")
     legless = dataclasses.replace(settings, legs=False, command=())
 
-    def driver(course: Course, commands: np.ndarray) -> Driver:
+    def driver(course: Course, commands: np.ndarray) -> LanePolicy:
         return _Joystick(answer, course, commands, holds_heading)
 
     return Commanded(legless, driver, trunk=True)
@@ -174,8 +174,8 @@ class _Joystick:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """Outcome of episodes under commands, [lanes]."""
+class CommandedEpisodes:
+    """Results of episodes under commands, [lanes]."""
 
     fell: np.ndarray
     """True of a robot that fell."""
@@ -205,9 +205,9 @@ def judge(
     entry: Commanded,
     commands: np.ndarray,
     starts: Sequence[int],
-    condition: Condition,
+    condition: RobotCondition,
     seconds: float = 20.0,
-) -> Outcome:
+) -> CommandedEpisodes:
     """Simulate lanes of a controller, each at its command from its start.
 
     Args:
@@ -251,7 +251,7 @@ def judge(
 
     weight_n = np.where(speed > 0.0, course.weight_n * np.maximum(along, 1e-2), 0.0)
     away_m = np.where(speed > 0.0, np.nan, np.hypot(*(place[-1] - place[0]).T))
-    return Outcome(
+    return CommandedEpisodes(
         fell=~alive,
         lasted=lasted / steps,
         followed=over(along, speed * seconds),

@@ -30,7 +30,7 @@ _PAYLOAD_M = (-0.1, 0.05, 0.08)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Condition(Part):
+class RobotCondition(Part):
     """Differences from an undisturbed episode on the unchanged model.
 
     Args:
@@ -70,36 +70,36 @@ class Condition(Part):
 
 
 TWELVE = {
-    "undisturbed": Condition(),
-    "friction 0.5": Condition(friction=0.5),
-    "mass + 20 %": Condition(mass=1.2),
-    "mass - 20 %": Condition(mass=0.8),
-    "push 0.5 m/s": Condition(push_m_per_s=0.5),
-    "push 1 m/s": Condition(push_m_per_s=1.0),
-    "5° up": Condition(slope_rad=math.radians(5)),
-    "5° down": Condition(slope_rad=-math.radians(5)),
-    "blocks 2 cm": Condition(blocks_m=0.02),
-    "blocks 4 cm": Condition(blocks_m=0.04),
-    "delay 20 ms": Condition(delay_s=0.02),
-    "noise 10 %": Condition(noise=0.1),
+    "undisturbed": RobotCondition(),
+    "friction 0.5": RobotCondition(friction=0.5),
+    "mass + 20 %": RobotCondition(mass=1.2),
+    "mass - 20 %": RobotCondition(mass=0.8),
+    "push 0.5 m/s": RobotCondition(push_m_per_s=0.5),
+    "push 1 m/s": RobotCondition(push_m_per_s=1.0),
+    "5° up": RobotCondition(slope_rad=math.radians(5)),
+    "5° down": RobotCondition(slope_rad=-math.radians(5)),
+    "blocks 2 cm": RobotCondition(blocks_m=0.02),
+    "blocks 4 cm": RobotCondition(blocks_m=0.04),
+    "delay 20 ms": RobotCondition(delay_s=0.02),
+    "noise 10 %": RobotCondition(noise=0.1),
 }
 CONDITIONS = TWELVE | {
-    "push 1.5 m/s": Condition(push_m_per_s=1.5),
-    "stairs 5 cm": Condition(stairs_m=0.05),
-    "rough 4 cm": Condition(rough_m=0.04),
-    "motor at half": Condition(motor=0.5),
-    "delay 40 ms": Condition(delay_s=0.04),
-    "payload 5 kg": Condition(payload_kg=5.0),
-    "friction 0.25": Condition(friction=0.25),
+    "push 1.5 m/s": RobotCondition(push_m_per_s=1.5),
+    "stairs 5 cm": RobotCondition(stairs_m=0.05),
+    "rough 4 cm": RobotCondition(rough_m=0.04),
+    "motor at half": RobotCondition(motor=0.5),
+    "delay 40 ms": RobotCondition(delay_s=0.04),
+    "payload 5 kg": RobotCondition(payload_kg=5.0),
+    "friction 0.25": RobotCondition(friction=0.25),
 }
 """Conditions by name: the twelve, and seven harder ones."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ground(ModelSettings):
+class ModelUnderCondition(ModelSettings):
     """A model under a condition of the ground or its load, which a layout draws."""
 
-    condition: Condition = Condition()
+    condition: RobotCondition = RobotCondition()
     layout: int = 0
 
     def spec(self) -> MjSpec:
@@ -163,7 +163,7 @@ def _add_rough_ground(spec: MjSpec, half_m: float, draw: np.random.Generator) ->
 
 
 def model_of(
-    condition: Condition, settings: ModelSettings, layout: int = 0
+    condition: RobotCondition, settings: ModelSettings, layout: int = 0
 ) -> tuple[ModelSettings, MjModel]:
     """Return the settings and the model of a robot under a condition.
 
@@ -173,7 +173,7 @@ def model_of(
         layout: seed of blocks or rough ground.
     """
     fields = {field.name: getattr(settings, field.name) for field in dataclasses.fields(settings)}
-    settings = Ground(**fields, condition=condition, layout=layout)
+    settings = ModelUnderCondition(**fields, condition=condition, layout=layout)
     sensed = sensing(settings)
     model = sensed.model
     scale_model(model, condition.mass, condition.friction)

@@ -15,7 +15,7 @@ from tegotae.envs.command import CommandSchedule
 from tegotae.envs.mujoco.env import ModelEnv, ModelLanes
 from tegotae.envs.mujoco.settings import ModelSettings
 from tegotae.envs.scaling import started
-from tegotae_robots.benchmark.conditions import Condition, model_of
+from tegotae_robots.benchmark.conditions import RobotCondition, model_of
 
 LOW, TILTED = 0.5, math.cos(1.0)
 """Share of the height at the start, and cosine of the tilt, below which a robot fell."""
@@ -40,7 +40,7 @@ class Course:
     def __init__(
         self,
         settings: ModelSettings,
-        condition: Condition,
+        condition: RobotCondition,
         layouts: Sequence[int],
         seconds: float,
         schedule: CommandSchedule | None = None,
