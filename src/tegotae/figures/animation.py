@@ -140,7 +140,7 @@ def _with_256_colours(pictures: Sequence[Image.Image]) -> list[Image.Image]:
 
 def _write_video(moving: Animation, path: Path, report: Callable[[int], None]) -> None:
     # Browsers show no other pixels, and VP9 takes those of Matplotlib in no release.
-    pixels = ("-pix_fmt", "yuv420p")
+    pixels = ["-pix_fmt", "yuv420p"]
     writer = FFMpegWriter(fps=FRAMES_PER_S, codec="h264", extra_args=pixels)
     with writer.saving(moving.figure, str(path), _DPI):
         for number, frame in enumerate(moving.frames, 1):
