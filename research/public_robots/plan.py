@@ -60,6 +60,8 @@ SCALES = {
     "lag_per_s": 0.1,
 }
 """Standard deviation of the first candidates; that of the frequency is a tenth of it."""
+NOT_TUNED = (9, 12)
+"""Places before which the law has numbers that came later, `press_m` and `calibration`: zero."""
 
 Command = tuple[float, float, float]
 """Forward, left [√(g l0)] and yaw rate [√(g / l0)]."""

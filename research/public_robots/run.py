@@ -41,6 +41,11 @@ MIDDLE = np.array([plan.OMEGA, *plan.START.values()])
 SCALE = np.array([0.1 * plan.OMEGA, *plan.SCALES.values()])
 
 
+def complete(numbers: np.ndarray) -> np.ndarray:
+    """Return all numbers of laws, [..., 14], from those that are tuned, [..., 12]."""
+    return np.insert(numbers, plan.NOT_TUNED, 0.0, axis=-1)
+
+
 def fitness(candidates: np.ndarray, start: int) -> np.ndarray:
     """Return the mean fitness of candidates over robots and commands, [candidates].
 
@@ -54,7 +59,7 @@ def fitness(candidates: np.ndarray, start: int) -> np.ndarray:
         robot = robot_named(name)
         result = walks(
             robot,
-            np.repeat(candidates, len(commands), axis=0),
+            np.repeat(complete(candidates), len(commands), axis=0),
             np.tile(commands, (len(candidates), 1)),
             np.full(len(candidates) * len(commands), start),
             plan.TRAINED_LONG * robot.units.time_s,
@@ -78,7 +83,7 @@ def tune() -> None:
         plan.GENERATIONS,
         lambda candidates, generation: fitness(MIDDLE + SCALE * candidates, 100 + generation),
     )
-    numbers = MIDDLE + SCALE * mean
+    numbers = complete(MIDDLE + SCALE * mean)
     robot = robot_named(plan.TUNED_ON[0])
     wired = replace(robot.wiring, omega=float(numbers[0]) / robot.units.time_s)
     experiment = EnvExperiment(name="raibert", spec=robot.spec, wiring=wired)
@@ -126,7 +131,7 @@ def robot_rows(name: str) -> list[Row]:
 
 
 def numbers_kept() -> np.ndarray:
-    """Return the kept law's frequency and weights at l0 = m = g = 1, [12]."""
+    """Return the kept law's frequency and weights at l0 = m = g = 1, [14]."""
     law = resolve(str(plan.LAW)).controller()
     units = robot_named(plan.TUNED_ON[0]).units
     assert law.omega is not None

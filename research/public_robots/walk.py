@@ -120,7 +120,7 @@ def walks(
 
     Args:
         robot: of all.
-        numbers: frequency and weights of the law at l0 = m = g = 1, [lanes, 12].
+        numbers: frequency and weights of the law at l0 = m = g = 1, [lanes, 14].
         commands: forward, left and yaw rate in units of the robot, [lanes, 3].
         starts: seeds, [lanes].
         seconds: how long [s].

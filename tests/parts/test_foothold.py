@@ -17,7 +17,7 @@ TICK_S = 1e-3
 OMEGA = 10.0
 
 
-def walked(clock, *, velocity, commanded, weights=(0.1, 0.2, 0.0), seconds=4.0, omega=OMEGA):
+def walked(clock, *, velocity, commanded, weights=(0.1, 0.2, 0.0, 0.0), seconds=4.0, omega=OMEGA):
     """States of a leg at all ticks, whose body has a velocity and a command, x and y each."""
     sensed = dict(zip(clock.READS, map(jnp.asarray, (*velocity, *commanded)), strict=True))
     weights = tuple(jnp.float32(x) for x in weights)
@@ -64,7 +64,7 @@ def test_a_foot_swings_by_half_a_cosine_to_its_place_and_touches_down_there():
 
 def test_a_leg_that_lags_behind_pushes_the_more_up_to_a_bound():
     clock = dataclasses.replace(CLOCK, most_lag_m=0.2)
-    states = walked(clock, velocity=(0.4, 0.0), commanded=(0.5, 0.0), weights=(0.1, 0.2, 2.0))
+    states = walked(clock, velocity=(0.4, 0.0), commanded=(0.5, 0.0), weights=(0.1, 0.2, 2.0, 0.0))
     assert states.lag_x[1499] - states.lag_x[499] == pytest.approx(0.1, rel=0.01)
     assert states.lag_x[-1] == pytest.approx(0.2)
     stands = np.flatnonzero(np.sin(states.phase[3000:-1]) < -0.5) + 3000
@@ -80,12 +80,19 @@ def test_a_command_is_approached_no_faster_than_the_leg_may():
     assert states.pace_y[999] == pytest.approx(-0.2, rel=1e-3)
 
 
-def test_a_placed_foot_is_lifted_in_swing_and_levels_its_corner_of_the_torso():
+def test_a_calibrated_leg_paces_faster_and_does_not_count_that_as_lag():
+    weights = (0.1, 0.2, 2.0, 0.25)
+    states = walked(CLOCK, velocity=(0.4, 0.0), commanded=(0.4, 0.0), weights=weights)
+    assert states.pace_x[-1] == pytest.approx(0.5, rel=1e-3)
+    assert abs(states.lag_x[-1]) < 0.01
+
+
+def test_a_placed_foot_is_lifted_in_swing_presses_in_stance_and_levels_its_corner_of_the_torso():
     foot = PlacedFoot()
     tilt = dict(zip(foot.TILT, jnp.array([0.1, 0.2, -0.3, 0.4]), strict=True))
     sensed = {"foothold_x": jnp.array(0.05), "foothold_y": jnp.array(-0.02), **tilt}
-    weights = jnp.array([0.08, 0.01, 0.02, 1.0, 0.5, 0.2, 0.1])
-    for sine, lift in ((0.5, 0.04), (-0.5, 0.0)):
+    weights = jnp.array([0.08, 0.01, 0.02, 1.0, 0.5, 0.2, 0.1, 0.06])
+    for sine, lift in ((0.5, 0.04), (-0.5, -0.03)):
         ahead, up, left = foot(weights, Signals({**sensed, "sin_phase": jnp.array(sine)}))
         assert (ahead, left) == (pytest.approx(0.06), pytest.approx(-0.02))
         assert up == pytest.approx(0.02 + lift + 0.1 + 0.1 - 0.06 + 0.04)
@@ -93,12 +100,12 @@ def test_a_placed_foot_is_lifted_in_swing_and_levels_its_corner_of_the_torso():
 
 def test_a_leg_in_si_does_the_same_in_proportion():
     units = Units(length_m=0.5, time_s=0.25)
-    reference = walked(CLOCK, velocity=(0.5, 0.1), commanded=(0.6, 0.0), weights=(0.1, 0.2, 1.0))
+    reference = walked(CLOCK, velocity=(0.5, 0.1), commanded=(0.6, 0.0), weights=(0.1, 0.2, 1.0, 0.0))
     ticks = 400
 
     clock, speed = ScaledOscillator(CLOCK, units), units.value_of("odometry_x")
     sensed = dict(zip(CLOCK.READS, speed * jnp.array([0.5, 0.1, 0.6, 0.0]), strict=True))
-    weights = tuple(jnp.float32(x) for x in (0.1, 0.2, 1.0))
+    weights = tuple(jnp.float32(x) for x in (0.1, 0.2, 1.0, 0.0))
     state = clock.start(jnp.float32(0.0))
     for _ in range(ticks):
         rate = clock.rate(state, OMEGA / 0.25, 0.0, weights, signals=Signals(sensed))

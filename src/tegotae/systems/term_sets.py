@@ -489,7 +489,7 @@ _WARY = ShortLaw(
 
 _RAIBERT = ShortLaw(
     name="raibert",
-    about="a clock with Raibert's foot placement and levelling, for commands, 11 numbers",
+    about="a clock with Raibert's foot placement and levelling, for commands, 13 numbers",
     action=UnitAction(),
     reaction=SpeedReaction(),
     gain=ConstantGain(),

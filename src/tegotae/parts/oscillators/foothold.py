@@ -65,12 +65,12 @@ class FootholdOscillator(Oscillator):
     stands and moves the body over it at the commanded speed:
 
         φ̇ = ω + f,    ẋ = min(φ̇ tan(φ/2), 1/τ) (x_f - x)  in swing,  else  -(w + k_i s),
-        ẇ = (v* - w) / τ  within ±a,    ṡ = w - v  while |s| < s_max.
+        ẇ = ((1 + c) v* - w) / τ  within ±a,    ṡ = w / (1 + c) - v  while |s| < s_max.
 
     In swing that is x = x₀ + (x_f - x₀) (1 - cos φ) / 2 if x_f stays. Stance lasts T = π / φ̇. The
-    pace w approaches the command v*, and s is the integral part of a PI control of the speed.
-    Forward and to the left alike. v and v* are those of the trunk over the leg, so that a turning
-    trunk has others there.
+    pace w approaches the command v*, raised by c since feet whose servos yield are slower than they
+    are commanded, and s is the integral part of a PI control of the speed. Forward and to the left
+    alike. v and v* are those of the trunk over the leg, so that a turning trunk has others there.
 
     Args:
         settle_s: τ [s].
@@ -85,13 +85,13 @@ class FootholdOscillator(Oscillator):
 
     Example:
         >>> FootholdOscillator().weight_names
-        (('forward_s',), ('left_s',), ('lag_per_s',))
+        (('forward_s',), ('left_s',), ('lag_per_s',), ('calibration',))
     """
 
     SIGNALS = (*Oscillator.SIGNALS, "foothold_x", "foothold_y")
     READS = ("odometry_x", "odometry_y", "commanded_x", "commanded_y")
     STATE = FootholdState._fields[1:]
-    WEIGHTS = ("forward_s", "left_s", "lag_per_s")
+    WEIGHTS = ("forward_s", "left_s", "lag_per_s", "calibration")
 
     settle_s: float = positive(0.2)
     most_m_per_s2: float = positive(0.3)
@@ -118,7 +118,7 @@ class FootholdOscillator(Oscillator):
         stance_s = math.pi / jnp.maximum(rate, _SLOWEST)
         approach = rate * sine / jnp.maximum(1.0 + cosine, _FLAT)
         approach = jnp.clip(approach, 0.0, 1.0 / self.settle_s)
-        most = self.most_m_per_s2
+        most, raised = self.most_m_per_s2, 1.0 + weights[3]
         moves, speeds, lags = list[jax.Array](), list[jax.Array](), list[jax.Array]()
         for axis, gain_s, (place, pace, lag) in (
             ("x", weights[0], state[1::2]),
@@ -129,8 +129,8 @@ class FootholdOscillator(Oscillator):
             goal = jnp.clip(goal, -self.reach_m, self.reach_m)
             standing = -(pace + weights[2] * lag)
             moves.append(jnp.where(sine > 0.0, approach * (goal - place), standing))
-            speeds.append(jnp.clip((commanded - pace) / self.settle_s, -most, most))
-            lags.append(pace - velocity)
+            speeds.append(jnp.clip((raised * commanded - pace) / self.settle_s, -most, most))
+            lags.append(pace / raised - velocity)
         return FootholdState(rate, *moves, *speeds, *lags)
 
     def phase(self, state: FootholdState) -> jax.Array:

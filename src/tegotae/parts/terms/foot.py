@@ -238,11 +238,12 @@ class WaryFoot(PacedFoot):
 class PlacedFoot(Actuation):
     """A foot that its oscillator places, and that levels the torso:
 
-        x = x_f + x₀,    y = y_f,    z = A max(sin φ, 0) + h
+        x = x_f + x₀,    y = y_f,    z = A max(sin φ, 0) + A′ min(sin φ, 0) + h
             + k_ρ ρ + k_ρ' ρ̇ + k_θ θ + k_θ' θ̇.
 
-    ρ is the torso's roll as the leg's side has it, up, and θ its pitch as the leg's end has it,
-    up: with gains above zero a leg is shorter where it is too high.
+    A standing foot presses down by A′, since its servos yield to the load: else it would be on the
+    ground before its swing is over. ρ is the torso's roll as the leg's side has it, up, and θ its
+    pitch as the leg's end has it, up: with gains above zero a leg is shorter where it is too high.
 
     Args:
         lift_m: how high a foot is lifted A to start from [m]; all others start at zero.
@@ -255,14 +256,17 @@ class PlacedFoot(Actuation):
 
     Example:
         >>> PlacedFoot().n_weights, PlacedFoot().COMMANDS
-        (7, ('foot_x', 'foot_z', 'foot_y'))
+        (8, ('foot_x', 'foot_z', 'foot_y'))
     """
 
     COMMANDS = FOOT_ASIDE
     NEEDS_PHASE = True
     TILT = ("side_roll", "side_roll_rate", "end_pitch", "end_pitch_rate")
     READS = ("sin_phase", "foothold_x", "foothold_y", *TILT)
-    WEIGHTS = ("lift_m", "ahead_m", "raise_m", "roll_m", "roll_rate_ms", "pitch_m", "pitch_rate_ms")
+    WEIGHTS = (
+        *("lift_m", "ahead_m", "raise_m", "roll_m", "roll_rate_ms", "pitch_m", "pitch_rate_ms"),
+        "press_m",
+    )
 
     lift_m: float = not_negative(0.2)
 
@@ -272,10 +276,11 @@ class PlacedFoot(Actuation):
 
     def __call__(self, weights: Weights, signals: Signals) -> jax.Array:
         """Forward, up and to the left [m], [3, limbs, lanes]."""
-        lift, ahead, up, *gains = (weights[i] for i in range(self.n_weights))
+        lift, ahead, up, *gains, press = (weights[i] for i in range(self.n_weights))
         for gain, name in zip(gains, self.TILT, strict=True):
             up = up + gain * signals[name]
-        up = up + lift * jnp.maximum(signals["sin_phase"], 0.0)
+        sine = signals["sin_phase"]
+        up = up + jnp.where(sine > 0.0, lift, press) * sine
         return jnp.stack([signals["foothold_x"] + ahead, up, signals["foothold_y"]])
 
 
