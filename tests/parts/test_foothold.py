@@ -100,12 +100,13 @@ def test_a_placed_foot_is_lifted_in_swing_presses_in_stance_and_levels_its_corne
 
 def test_a_leg_in_si_does_the_same_in_proportion():
     units = Units(length_m=0.5, time_s=0.25)
-    reference = walked(CLOCK, velocity=(0.5, 0.1), commanded=(0.6, 0.0), weights=(0.1, 0.2, 1.0, 0.0))
+    weights = (0.1, 0.2, 1.0, 0.0)
+    reference = walked(CLOCK, velocity=(0.5, 0.1), commanded=(0.6, 0.0), weights=weights)
     ticks = 400
 
     clock, speed = ScaledOscillator(CLOCK, units), units.value_of("odometry_x")
     sensed = dict(zip(CLOCK.READS, speed * jnp.array([0.5, 0.1, 0.6, 0.0]), strict=True))
-    weights = tuple(jnp.float32(x) for x in (0.1, 0.2, 1.0, 0.0))
+    weights = tuple(map(jnp.float32, weights))
     state = clock.start(jnp.float32(0.0))
     for _ in range(ticks):
         rate = clock.rate(state, OMEGA / 0.25, 0.0, weights, signals=Signals(sensed))
