@@ -213,29 +213,35 @@ class Law:
 def hop(law, body, errors, speed, phase):
     """Images of cells under one hop, from the first tick in stance to that of the next stance.
 
-    An orbit is centre + Σ gens ε, ε in [-1, 1]³ (speed, time since touchdown, phase), with a disc
-    for (q, p). z = q is the leg's length less that at rest, and its speed v = w p - d q.
+    An orbit is centre + Σ gens ε, ε in [-1, 1]⁵ (speed, time since touchdown, phase, stiffness,
+    1/mass), with a disc for (q, p). z = q is the leg's length less that at rest, and its speed
+    v = w p - d q.
     """
     m, g, max_n, t = Ball(body["mass_kg"]), body["gravity_m_per_s2"], law.max_n, law.tick
     e_load, e_phase, e_force = (errors[name] for name in ("load", "phase_rad", "force_n"))
-    K, C = body["stiffness_n_per_m"] / m, body["damping_ns_per_m"] / m
+    e_stiff, e_mass = errors["stiffness"], errors["mass"] / (1.0 - errors["mass"]) * UP
+    softer, lighter = (np.eye(5)[3:] * [[e_stiff], [e_mass]])[..., None]
+    stretch = (1.0 + e_stiff) * (1.0 + e_mass) * UP  # largest factor of the leg's acceleration
+    k, C = body["stiffness_n_per_m"], body["damping_ns_per_m"] / m
+    K = k / m
     d = C * 0.5
     w2 = K - d * d
-    if not (w2.lo > 0.0 and (K * t * t + C * t).hi < 0.009):
+    if not (w2.lo > 0.0 and (K * t * t + C * t).hi * stretch < 0.01):
         raise RefusedError("the tick is too long, or the leg too damped")
     w, root_K = hull(np.sqrt(w2.lo) * (1 - U), np.sqrt(w2.hi) * (1 + U)), np.sqrt(K.hi) * UP
     decay = smooth(np.exp, -d * t)
     cos, sin = decay * smooth(np.cos, w * t), decay * smooth(np.sin, w * t)
     # A newton over a tick shifts (q, p) by (1 - rotation) ((1, d/w)/k), at most T/(m w).
-    push_q = (1.0 - cos - sin * d / w) / body["stiffness_n_per_m"]
-    push_p = ((1.0 - cos) * d / w + sin) / body["stiffness_n_per_m"]
+    push_q = (1.0 - cos - sin * d / w) / k
+    push_p = ((1.0 - cos) * d / w + sin) / k
     zero = np.zeros_like(speed[0])
-    a = (max_n / m + (C + K * t) * speed[1] + g + e_force / m).mag * 1.02
+    a = ((max_n / m + (C + K * t) * speed[1] + e_force / m) * stretch + g).mag * 1.02
     deep = 0.5 * t * (speed[1] + t * a) * UP  # the first tick is within T of touchdown
     v, f = hull(*speed), hull(*phase)
     q, p, tilt = Ball(-deep), (-Ball(v.c) - d * deep) / w, d * deep / w
-    gq, gf = Ball(np.stack([zero, deep, zero])), Ball(np.stack([zero, zero, f.r]))
-    gp = Ball(np.stack([(Ball(v.r) / w).mag, tilt.c, zero]), np.stack([zero, tilt.r, zero]))
+    gq, gf = (Ball(np.stack([zero, *x, zero, zero])) for x in ((deep, zero), (zero, f.r)))
+    gp = np.stack([(Ball(v.r) / w).mag, tilt.c, *[zero] * 3])
+    gp = Ball(gp, np.stack([zero, tilt.r, *[zero] * 3]))
     f, radius, on, lifting, slow = Ball(f.c, zero), zero, zero == 0.0, zero > 0.0, zero + np.inf
     kappa = drift = fast = low = work = zero
 
@@ -250,19 +256,22 @@ def hop(law, body, errors, speed, phase):
         # Load N = max(-z, 0) k/(m g), a convex function, around a chord over the range of z.
         ends = np.nextafter(q.c - z_r, -np.inf), np.nextafter(q.c + z_r, np.inf)
         ends = (*ends, np.clip(0.0, *ends))
-        corners = [Ball(np.maximum(-z, 0.0)) * K / g for z in ends]
+        corners = [Ball(np.maximum(-z, 0.0)) * k / law.weight_n for z in ends]
         chord = (corners[1].c - corners[0].c) / np.maximum(ends[1] - ends[0], 1e-12)
         gaps = [x - (Ball(z) - q.c) * chord for x, z in zip(corners, ends, strict=True)]
         load = hull(np.min([x.lo for x in gaps], 0), np.max([x.hi for x in gaps], 0))
-        load_r = total(np.maximum(corners[0].hi - load.c, load.c - corners[1].lo), e_load)
+        load_r = total(np.maximum(corners[0].hi - load.c, load.c - corners[1].lo))
+        sense_r = total(e_load, e_stiff * load_r)
+        load_r = total(load_r, sense_r, e_stiff * np.abs(load.c))
+        g_load = gq * chord + Ball(load.c) * softer
         box = Box(f.c, total(gf.mag.sum(0), f.r), load.c, load_r)
         rate = law.feedback(box)
         force, parts = law.force(box, rate), []
         for form in (rate, force):  # linear in the gens, and the radius of what that leaves
-            error = (radius + q.r) * np.abs(chord) + load.r + e_load
+            error = (radius + q.r) * np.abs(chord) + load.r + sense_r
             error = np.abs(form.by_phase.c) * f.r * (form is force) + np.abs(form.by_load.c) * error
             error = error + form.by_phase.r * box.phase_r + form.by_load.r * load_r + form.centre.r
-            gens = gf * form.by_phase.c + gq * (Ball(form.by_load.c) * chord)
+            gens = gf * form.by_phase.c + g_load * form.by_load.c
             parts.append((gens, error * UP))
         (g_rate, rate_e), (g_force, force_e) = parts
         own_r = (Ball(rate.by_phase.c) * t + 1.0).mag * f.r
@@ -272,7 +281,17 @@ def hop(law, body, errors, speed, phase):
         u, u_r = Ball(force.centre.c), total(force.range.r, e_force)
         # Bounds over the tick: acceleration, speed, and change of ℓ = v - κ z, v at lift-off.
         y = total(np.abs(v.c), v_r)
-        a = (K * (np.abs(q.c) + z_r + t * y) + C * y + (max_n + e_force) / m + g).mag * 1.02
+        a = K * (np.abs(q.c) + z_r + t * y) + C * y + (max_n + e_force) / m
+        a = (a * stretch + g).mag * 1.02
+        # Another stiffness and mass: their first order moves the gens, the rest is an error.
+        z_more, v_more = total(z_r, t * (y + t * a)), total(v_r, t * a)
+        pull = K * -Ball(q.c)
+        inertial, varied = pull - C * Ball(v.c) + u / m, (K * z_more).mag
+        g_force = g_force + (pull * softer + inertial * lighter) * m
+        spare = e_stiff * (1.0 + e_mass) * varied + e_stiff * e_mass * pull.mag
+        spare = total(spare, e_mass * total(varied, (C * v_more).mag, u_r / m.lo))
+        force_e = total(force_e, (m * spare).mag)
+        spare = total(spare, e_stiff * pull.mag, e_mass * inertial.mag)
         v_lo, v_hi, change = (
             v.c - v_r - t * a * UP,
             v.c + v_r + t * a * UP,
@@ -280,7 +299,7 @@ def hop(law, body, errors, speed, phase):
         )
         kappa_next = np.where(lifting, kappa, change.c / np.where(v.c > 0.0, v.c, np.inf))
         change = (change - v * kappa_next).mag + K.mag * (z_r + t * (y + t * a)) + u_r / m.lo
-        change, x = total(change, (C + kappa_next).mag * (v_r + t * a)), u - m * g
+        change, x = total(change, (C + kappa_next).mag * (v_r + t * a), spare), u - m * g
         new_q, new_p = cos * q + sin * p + push_q * x, cos * p - sin * q + push_p * x
         new_gq = cos * gq + sin * gp + push_q * g_force
         new_gp = cos * gp - sin * gq + push_p * g_force
@@ -356,8 +375,9 @@ def hop(law, body, errors, speed, phase):
     u = law.force(box, law.feedback(box)).range.grown(e_force)
     lift = Ball(lift.c, total(g_lift.mag.sum(0), lift_e))
     v = lift.hi * 1.01 + 0.1
-    gains = np.maximum((u / m - g).hi + (C + K * t).mag * v * UP, 0.0)
-    fast = lift.hi + t * np.maximum((g - u / m).hi, 0.0) * UP
+    push = u / m * Ball(1.0, e_mass)
+    gains = np.maximum((push - g).hi + (C + K * t).mag * stretch * v * UP, 0.0)
+    fast = lift.hi + t * np.maximum((g - push).hi, 0.0) * UP
     return (
         lift.lo - t * gains * UP,
         fast,
@@ -368,6 +388,18 @@ def hop(law, body, errors, speed, phase):
         low,
         total(work, u.mag * t * v),
     )
+
+
+def bodies(body, errors, splits):
+    """Yield bodies, and errors around them, that cover all masses and stiffnesses."""
+    errors, places = dict(errors), range(1 - splits, splits, 2)
+    ranges = {"mass": "mass_kg", "stiffness": "stiffness_n_per_m"}
+    for part in ((x, y) for x in places for y in places):
+        member, shares = dict(body), dict(errors)
+        for (name, entry), place in zip(ranges.items(), part, strict=True):
+            member[entry] = body[entry] * (1.0 + errors[name] * place / splits)
+            shares[name] = errors[name] / splits / (1.0 - errors[name]) * (1.0 + 1e-9)
+        yield member, shares
 
 
 def numbers(x):
@@ -394,23 +426,23 @@ def check(certificate, controller=None, cells_at_once=4096):
     if not len(i) or edges[0] <= 0.0 or (np.diff(edges) <= 0.0).any():
         raise RefusedError("there is no cell, or no speed above zero")
     positive, errors = [*body.values(), law["tick_s"]], [*certificate["errors"].values()]
-    if not (np.min(positive) > 0.0 and np.min(errors) >= 0.0 and ranks.dtype.kind == "i"):
+    unclear = max(certificate["errors"][name] for name in ("stiffness", "mass")) > 0.1
+    if unclear or not (np.min(positive) > 0 <= np.min(errors) and ranks.dtype.kind == "i"):
         raise RefusedError("a number of the body, an error or a rank is out of range")
     if not np.isfinite([*weights, *positive, *errors, law["omega_rad_per_s"]]).all():
         raise RefusedError("a number is not finite")
+    count, splits, nominal = len(i), certificate["splits"], Law(law, body)
+    if type(splits) is not int or splits < 1:
+        raise RefusedError("the ranges of mass and stiffness are not split into parts")
     parts = [
-        hop(
-            Law(law, body),
-            body,
-            certificate["errors"],
-            (edges[x], edges[x + 1]),
-            (turn[y], turn[y + 1]),
-        )
+        hop(nominal, *member, (edges[x], edges[x + 1]), (turn[y], turn[y + 1]))
+        for member in bodies(body, certificate["errors"], splits)
         for x, y in (
             (i[a : a + cells_at_once], j[a : a + cells_at_once])
-            for a in range(0, len(i), cells_at_once)
+            for a in range(0, count, cells_at_once)
         )
     ]
+    i, j = (np.tile(x, splits * splits) for x in (i, j))
     v0, v1, p0, p1, lift0, lift1, low, work = (np.concatenate(x) for x in zip(*parts, strict=True))
     twice, turns = (
         np.concatenate([turn[:-1], turn[:-1] + TURN, turn + 2 * TURN]),
@@ -443,7 +475,7 @@ def check(certificate, controller=None, cells_at_once=4096):
         low, high = claimed[0] <= bounds[0], len(bounds) == 1 or claimed[-1] >= bounds[-1]
         if len(bounds) != len(claimed) or not (low and high):
             raise RefusedError(f"the claim {name} is {claim}, and {bounds} was proved")
-    return {"cells": len(i), "core": int((ranks == 0).sum()), **proved}
+    return {"cells": count, "core": int((ranks == 0).sum()), **proved}
 
 
 def finite(text):

@@ -1,6 +1,7 @@
 """An export on disk: complete, checked by its own program, or refused before it is written."""
 
 import dataclasses
+import hashlib
 import json
 import re
 import shutil
@@ -91,7 +92,9 @@ def test_the_manifest_tells_inputs_outputs_units_scales_and_what_happens_in_flig
     assert (manifest["tick_s"], manifest["trained_tick_s"]) == (0.001, 0.002)
     assert "air" in manifest["flight"]
     assert set(manifest["files"]) == FILES["flat"] == {path.name for path in out.iterdir()}
-    assert len(manifest["weights_sha256"]) == 64  # which a certificate of hopping names
+    weights = np.asarray(single.weights, "<f8").tobytes()
+    assert manifest["weights_sha256"] == hashlib.sha256(weights).hexdigest()
+    assert f'LEG_WEIGHTS_SHA256 "{manifest["weights_sha256"]}"' in (out / "leg.h").read_text()
     neuron = manifest["weights"]["reaction"]["neuron"][0]
     first = single.controller.layout["reaction"].start
     assert neuron["spring_force"] == pytest.approx(float(single.weights[first]))

@@ -7,9 +7,10 @@ of its own computes every bound again with outward rounding.
 from __future__ import annotations
 
 import hashlib
+import itertools
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import jax
@@ -50,8 +51,9 @@ _TERMS: dict[str, tuple[type, ...]] = {
 }
 _INPUTS = {"action": {"phase"}, "reaction": {"spring_force"}, "actuation": {"phase", "feedback"}}
 _NUMBERS = ("inputs", "start_rad", "width_rad", "newtons_per_feedback")
-ERRORS = {"load": 0.0, "phase_rad": 1e-6, "force_n": 1e-4}
-"""Errors of a tick that a certificate allows, of phase and force by single precision."""
+ERRORS = {"load": 0.0, "phase_rad": 1e-6, "force_n": 1e-4, "stiffness": 0.0, "mass": 0.0}
+"""Errors of a tick that a certificate allows, of phase and force by single precision, and relative
+errors of stiffness and mass, each constant along an orbit."""
 BODY = (
     *("mass_kg", "stiffness_n_per_m", "damping_ns_per_m"),
     *("rest_length_m", "gravity_m_per_s2", "max_force_n"),
@@ -167,14 +169,16 @@ class BoundedLaw:
         terms: role, kind and numbers of each term, in the order of their weights, as in the file.
         weights: all weights.
         body: numbers of the body by name.
+        weight_n: weight by which the law divides the sensed load [N].
         errors: bounds of the errors of the sensed load [weights of the body], and a tick of the
-            phase [rad] and of the force [N].
+            phase [rad] and of the force [N], and relative errors of stiffness and mass.
     """
 
     omega: float
     terms: Sequence[Mapping[str, Any]]
     weights: np.ndarray
     body: Mapping[str, float]
+    weight_n: float
     errors: Mapping[str, float]
 
     @property
@@ -209,8 +213,7 @@ class BoundedLaw:
             return _network(weights.reshape(-1, 3), box, load, phase=False)
         if term["kind"] == "ReversingReaction":
             return Form(1.0 - weights[0] * box.load, 0.0, -weights[0], _SLACK)
-        weight_n = self.body["mass_kg"] * self.body["gravity_m_per_s2"]
-        return Form(weight_n * box.load, 0.0, weight_n, _SLACK)
+        return Form(self.weight_n * box.load, 0.0, self.weight_n, _SLACK)
 
     def feedback(self, box: Box) -> Form:
         """Return the form of f = G A′ R [rad/s]."""
@@ -310,7 +313,10 @@ def hop(law: BoundedLaw, tick_s: float, speed: Bounds, phase: Bounds) -> Hop:
     """
     b, t = law.body, tick_s
     m, g, limit_n = b["mass_kg"], b["gravity_m_per_s2"], b["max_force_n"]
-    e_load, e_phase, e_force = (law.errors[name] for name in ERRORS)
+    e_load, e_phase, e_force, e_stiff, e_mass = (law.errors[name] for name in ERRORS)
+    e_mass = e_mass / (1.0 - e_mass)
+    softer, lighter = (np.eye(5)[3:] * [[e_stiff], [e_mass]])[..., None]
+    stretch = (1.0 + e_stiff) * (1.0 + e_mass)
     stiff, damp = b["stiffness_n_per_m"] / m, b["damping_ns_per_m"] / m
     d = 0.5 * damp
     w = math.sqrt(stiff - d * d)
@@ -322,15 +328,16 @@ def hop(law: BoundedLaw, tick_s: float, speed: Bounds, phase: Bounds) -> Hop:
     push = t / (m * w)
     n = len(speed[0])
     zero = np.zeros(n)
-    deepest = 0.5 * t * (speed[1] + t * (limit_n / m + damp * speed[1] + stiff * t * speed[1] + g))
+    first_a = stretch * (limit_n / m + (damp + stiff * t) * speed[1]) + g
+    deepest = 0.5 * t * (speed[1] + t * first_a)
     v_r, p_r = 0.5 * (speed[1] - speed[0]), 0.5 * (phase[1] - phase[0])
     s = _Stance(
         -deepest,
         (-0.5 * (speed[0] + speed[1]) - d * deepest) / w,
         0.5 * (phase[0] + phase[1]),
-        np.stack([zero, deepest, zero]),
-        np.stack([v_r / w, d * deepest / w, zero]),
-        np.stack([zero, zero, p_r]),
+        np.stack([zero, deepest, zero, zero, zero]),
+        np.stack([v_r / w, d * deepest / w, zero, zero, zero]),
+        np.stack([zero, zero, p_r, zero, zero]),
         *(zero, zero, np.ones(n, bool), np.zeros(n, bool), zero, zero, zero + np.inf, zero),
         *(zero, zero),
     )
@@ -343,32 +350,45 @@ def hop(law: BoundedLaw, tick_s: float, speed: Bounds, phase: Bounds) -> Hop:
         v_r = np.abs(gv).sum(0) + s.radius * math.sqrt(stiff)
         # Load N = max(-z, 0) k / (m g), on the chord over the range of z.
         lo, hi = s.q - z_r, s.q + z_r
-        deep, shallow = np.maximum(-lo, 0.0) * stiff / g, np.maximum(-hi, 0.0) * stiff / g
+        deep, shallow = (np.maximum(-z, 0.0) * m * stiff / law.weight_n for z in (lo, hi))
         chord = (shallow - deep) / np.maximum(hi - lo, 1e-12)
         # Its largest error is at z = 0, where the chord is above.
         gap = np.where((lo < 0.0) & (hi > 0.0), deep + chord * -lo, 0.0)
         n_c = 0.5 * (deep + shallow - gap)
+        n_r = 0.5 * (deep - shallow + gap)
+        sense_r = e_load + e_stiff * n_r
         box = Box(
             s.phase,
             np.abs(s.gphase).sum(0) + s.phase_radius,
             n_c,
-            0.5 * (deep - shallow + gap) + e_load,
+            n_r + sense_r + e_stiff * n_c,
         )
+        g_load = chord * s.gq + softer * n_c
         f = law.feedback(box)
         u = law.force(box, f)
         u_r = box.spread(u) + e_force
         phase = s.phase + t * (law.omega + f.centre)
-        gphase = s.gphase * (1.0 + t * f.by_phase) + t * f.by_load * chord * s.gq
-        f_error = np.abs(f.by_load) * (np.abs(chord) * s.radius + 0.5 * gap + e_load) + f.error
+        gphase = s.gphase * (1.0 + t * f.by_phase) + t * f.by_load * g_load
+        f_error = np.abs(f.by_load) * (np.abs(chord) * s.radius + 0.5 * gap + sense_r) + f.error
         phase_radius = np.abs(1.0 + t * f.by_phase) * s.phase_radius + t * f_error + e_phase
-        gu = u.by_phase * s.gphase + u.by_load * chord * s.gq
+        gu = u.by_phase * s.gphase + u.by_load * g_load
         u_error = np.abs(u.by_phase) * s.phase_radius + u.error + e_force
-        u_error = u_error + np.abs(u.by_load) * (np.abs(chord) * s.radius + 0.5 * gap + e_load)
+        u_error = u_error + np.abs(u.by_load) * (np.abs(chord) * s.radius + 0.5 * gap + sense_r)
         # Lift-off: ℓ = v - κ z hardly changes along the flow, and is v where z = 0.
         a = -stiff * s.q - damp * v + u.centre / m - g
-        a_most = 1.03 * (stiff * (np.abs(s.q) + z_r) + damp * (np.abs(v) + v_r) + limit_n / m + g)
+        a_most = stiff * (np.abs(s.q) + z_r) + damp * (np.abs(v) + v_r) + limit_n / m
+        a_most = 1.03 * (stretch * a_most + g)
+        # Another stiffness and mass: their first order moves the gens, the rest is an error.
+        z_more, v_more = z_r + t * (np.abs(v) + v_r + t * a_most), v_r + t * a_most
+        pull = -stiff * s.q
+        inertial = pull - damp * v + u.centre / m
+        spare = e_stiff * ((1.0 + e_mass) * stiff * z_more + e_mass * np.abs(pull))
+        spare = spare + e_mass * (stiff * z_more + damp * v_more + u_r / m)
+        gu, u_error = gu + m * (softer * pull + lighter * inertial), u_error + m * spare
+        spare = spare + e_stiff * np.abs(pull) + e_mass * np.abs(inertial)
         slope = np.where(s.lifting, s.slope, a / np.where(v > 0.0, v, np.inf))
         change = np.abs(a - slope * v) + stiff * z_r + np.abs(damp + slope) * v_r + u_r / m
+        change = change + spare
         change = change + t * (stiff * (np.abs(v) + v_r) + np.abs(damp + slope) * a_most)
         least_v, most_v = v - v_r - t * a_most, v + v_r + t * a_most
         fastest = np.abs(v) + v_r
@@ -416,7 +436,7 @@ def _flight(law: BoundedLaw, tick_s: float, s: _Stance, w: float, d: float) -> H
     """
     b, t, ok = law.body, tick_s, s.ok
     m, g, limit_n = b["mass_kg"], b["gravity_m_per_s2"], b["max_force_n"]
-    e_load, e_phase, e_force = (law.errors[name] for name in ERRORS)
+    e_load, e_phase, e_force, e_stiff, e_mass = (law.errors[name] for name in ERRORS)
     v, gv = w * s.p - d * s.q, w * s.gp - d * s.gq
     v = np.where(ok, v, 1.0)
     speed, g_speed = v - s.slope * s.q, gv - s.slope * s.gq
@@ -479,8 +499,9 @@ def _flight(law: BoundedLaw, tick_s: float, s: _Stance, w: float, d: float) -> H
     speed_r = np.abs(g_speed).sum(0) + e_speed
     lift_off = speed - speed_r, speed + speed_r
     fastest = lift_off[1] * 1.01 + 0.1
-    rises = (force.centre + force_r) / m - g + (2.0 * d + stiff * t) * fastest
-    falls = g - (force.centre - force_r) / m
+    stretch = (1.0 + e_stiff) / (1.0 - e_mass)
+    rises = (force.centre + force_r) / m * stretch - g + (2.0 * d + stiff * t) * stretch * fastest
+    falls = g - (force.centre - force_r) / m * (1.0 - e_mass)
     image = lift_off[0] - t * np.maximum(rises, 0.0), lift_off[1] + t * np.maximum(falls, 0.0)
     work = s.work + np.minimum(force.centre + force_r, limit_n) * t * fastest
     return Hop(image, (phase - reach, phase + reach), lift_off, s.least_z, work, ok)
@@ -589,12 +610,12 @@ def ranked(members: np.ndarray, rectangles: np.ndarray) -> np.ndarray:
         inside, rank = larger, rank + 1
 
 
-def bounded_law(saved: SavedController, load_error: float = 0.0) -> BoundedLaw:
+def bounded_law(saved: SavedController, **errors: float) -> BoundedLaw:
     """Return the law of a saved controller, if it has terms whose bounds are known.
 
     Args:
         saved: the controller.
-        load_error: bound of the error of the sensed load [weights of the body].
+        errors: errors that differ from those of `ERRORS`.
 
     Raises:
         TegotaeError: for another body than a linear hopper, or another term.
@@ -629,12 +650,17 @@ def bounded_law(saved: SavedController, load_error: float = 0.0) -> BoundedLaw:
             f"certify bounds φ̇ = ω + G A′ R of a phase oscillator; {saved.name} has another law"
         )
     numbers = {name: float(getattr(body, name)) for name in BODY}
-    errors = {**ERRORS, "load": load_error}
-    return BoundedLaw(saved.omega, terms, np.asarray(saved.weights, float), numbers, errors)
+    weights = np.asarray(saved.weights, float)
+    weight_n = numbers["mass_kg"] * numbers["gravity_m_per_s2"]
+    return BoundedLaw(saved.omega, terms, weights, numbers, weight_n, {**ERRORS, **errors})
 
 
-def certificate(law: BoundedLaw, tick_s: float, grid: Grid, name: str) -> JsonObject:
+def certificate(
+    law: BoundedLaw, tick_s: float, grid: Grid, name: str, splits: int = 1
+) -> JsonObject:
     """Search the largest certified set on a grid; return the certificate as JSON values.
+
+    Each range of mass and of stiffness is split into `splits` parts, which are bounded apart.
 
     Its cells have ranks: -1 outside of the set, `FREE`, or the number of hops after which all
     orbits are in the core.
@@ -642,7 +668,7 @@ def certificate(law: BoundedLaw, tick_s: float, grid: Grid, name: str) -> JsonOb
     Raises:
         TegotaeError: if no cell is certified.
     """
-    image = _images(law, tick_s, grid)
+    image = _images(law, tick_s, grid, splits)
     rectangles = grid.rectangles(image)
     members = largest_set(grid, rectangles)
     if not members.any():
@@ -673,6 +699,7 @@ def certificate(law: BoundedLaw, tick_s: float, grid: Grid, name: str) -> JsonOb
             "sha256": weights_hash(law.weights),
             "body": law.body,
             "errors": law.errors,
+            "splits": splits,
             "grid": {
                 "least_m_per_s": grid.least_speed,
                 "most_m_per_s": grid.largest_speed,
@@ -695,15 +722,40 @@ def weights_hash(weights: np.ndarray) -> str:
     return hashlib.sha256(np.asarray(weights, "<f8").tobytes()).hexdigest()
 
 
-def _images(law: BoundedLaw, tick_s: float, grid: Grid) -> Hop:
+def _split(law: BoundedLaw, splits: int) -> Iterator[BoundedLaw]:
+    """Yield the law on bodies whose errors together cover all masses and stiffnesses."""
+    parts = range(1 - splits, splits, 2)
+    for places in itertools.product(parts, parts):
+        body, errors = dict(law.body), dict(law.errors)
+        for name, place in zip(("mass", "stiffness"), places, strict=True):
+            entry = "mass_kg" if name == "mass" else "stiffness_n_per_m"
+            body[entry] *= 1.0 + law.errors[name] * place / splits
+            errors[name] /= splits * (1.0 - law.errors[name])
+        yield replace(law, body=body, errors=errors)
+
+
+def _joined(a: Hop, b: Hop) -> Hop:
+    """Return the smallest bounds that contain both images."""
+    speed, phase, lift_off = (
+        (np.minimum(x[0], y[0]), np.maximum(x[1], y[1])) for x, y in zip(a[:3], b[:3], strict=True)
+    )
+    least_z, work = np.minimum(a.least_z, b.least_z), np.maximum(a.work_j, b.work_j)
+    return Hop(speed, phase, lift_off, least_z, work, a.hops & b.hops)
+
+
+def _images(law: BoundedLaw, tick_s: float, grid: Grid, splits: int) -> Hop:
     """Return the images of all cells, wider by what another program's bounds may be."""
     speeds, phases = grid.cells()
-    parts = []
-    for start in range(0, len(speeds[0]), _AT_ONCE):
-        part = slice(start, start + _AT_ONCE)
-        ends = ((x[0][part], x[1][part]) for x in (speeds, phases))
-        parts.append(hop(law, tick_s, *ends))
-    image = jax.tree.map(lambda *x: np.concatenate(x), *parts)
+    image: Hop | None = None
+    for member in _split(law, splits):
+        parts = []
+        for start in range(0, len(speeds[0]), _AT_ONCE):
+            part = slice(start, start + _AT_ONCE)
+            ends = ((x[0][part], x[1][part]) for x in (speeds, phases))
+            parts.append(hop(member, tick_s, *ends))
+        fresh = jax.tree.map(lambda *x: np.concatenate(x), *parts)
+        image = fresh if image is None else _joined(image, fresh)
+    assert image is not None
 
     def wider(x: Bounds) -> Bounds:
         margin = _MARGIN * (x[1] - x[0]) + 1e-6

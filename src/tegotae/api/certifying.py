@@ -48,14 +48,18 @@ def certify(controller: LoadedController, options: Any) -> JsonFile:
     require_count("speeds", options.speeds, most=MOST_POINTS)
     require_count("phases", options.phases, most=MOST_POINTS)
     grid = Grid(options.least_m_per_s, options.most_m_per_s, options.speeds, options.phases)
-    require_finite("load_error", options.load_error, least=0.0)
-    law = bounded_law(hopper.saved, options.load_error)
+    errors = {"load": options.load_error}
+    errors |= {"stiffness": options.stiffness_error, "mass": options.mass_error}
+    for name, most in (("load", 1e3), ("stiffness", 0.1), ("mass", 0.1)):
+        require_finite(f"{name}_error", errors[name], least=0.0, most=most)
+    law = bounded_law(hopper.saved, **errors)
     if law.fastest_rad_per_s * options.tick_s > 0.1:
         raise TegotaeError(
             f"tick_s is {options.tick_s:g}; bounds of stance need a tick of at most "
             f"{0.1 / law.fastest_rad_per_s:.2g} s on this leg"
         )
-    document: Any = certificate(law, options.tick_s, grid, hopper.name)
+    require_count("splits", options.splits, most=64)
+    document: Any = certificate(law, options.tick_s, grid, hopper.name, options.splits)
     ranks, claims = np.array(document["ranks"]), document["claims"]
     numbers = {
         "cells": float((ranks >= 0).mean()),
@@ -78,6 +82,9 @@ def certify(controller: LoadedController, options: Any) -> JsonFile:
         title=f"{hopper.name} hops for ever from {numbers['cells']:.1%} of {ranks.size} landings",
         rows=pd.DataFrame([numbers]),
         views=[pd.DataFrame(rows, columns=["claim", "value"]).set_index("claim")],
-        notes=["To prove the file, run research/certificate/check.py on it."],
+        notes=[
+            f"Weights: SHA-256 {document['sha256']}",
+            "To prove the file, run research/certificate/check.py on it.",
+        ],
         data=document,
     )

@@ -139,6 +139,9 @@ class LoadedController:
         phases: int = 160,
         tick_s: float = 0.001,
         load_error: float = 0.0,
+        stiffness_error: float = 0.0,
+        mass_error: float = 0.0,
+        splits: int = 1,
     ) -> Table:
         """Certify that a hopper with this law hops for ever from a set of landings.
 
@@ -153,6 +156,9 @@ class LoadedController:
             phases: number of cells over the phases.
             tick_s: control period [s].
             load_error: largest error of the sensed load [weights of the body].
+            stiffness_error: largest relative error of the leg's stiffness.
+            mass_error: largest relative error of the mass.
+            splits: parts into which the ranges of mass and of stiffness are split, each.
 
         Raises:
             TegotaeError: for a law or a body without known bounds, or if no set is certified.

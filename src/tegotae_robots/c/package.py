@@ -3,7 +3,6 @@ flat, or as a library for Arduino or PlatformIO."""
 
 from __future__ import annotations
 
-import hashlib
 import json
 from dataclasses import dataclass, field
 from typing import Literal
@@ -158,8 +157,7 @@ def _manifest(export: Export, golden: Golden, layout: ExportLayout, files: list[
         "software": __version__,
         "prefix": export.prefix,
         "model": saved.name,
-        # The hash that a certificate of `certify` names.
-        "weights_sha256": hashlib.sha256(np.asarray(saved.weights, "<f8").tobytes()).hexdigest(),
+        "weights_sha256": export.weights_hash,
         "files": files,
         "tick_s": export.tick_s,
         "trained_tick_s": export.trained_tick_s,

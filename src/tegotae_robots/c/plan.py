@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import hashlib
 import textwrap
 from dataclasses import dataclass
 from typing import Any, cast
@@ -92,6 +93,11 @@ class Export(RobotController):
                     f"the scale of {name} differs from limb to limb, which cannot be exported"
                 )
         return {name: np.asarray(scale).item() for name, scale in self.signal_scales.items()}
+
+    @property
+    def weights_hash(self) -> str:
+        """SHA-256 of the weights as doubles, which a certificate of `tegotae certify` names."""
+        return hashlib.sha256(np.asarray(self.saved.weights, "<f8").tobytes()).hexdigest()
 
     @property
     def trained_tick_s(self) -> float | None:
@@ -263,6 +269,7 @@ def facts(export: Export) -> dict[str, Any]:
         (name, floating(value), description)
         for name, (value, description) in constants(export).items()
     ]
+    entries.append(("WEIGHTS_SHA256", f'"{export.weights_hash}"', "as a certificate names them"))
     if limbs:
         phases = each_limb([limb.phase_rad for limb in limbs])
         entries.append(("PHASE_RAD", phases, "phases at start in training [rad]"))
