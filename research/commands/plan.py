@@ -83,4 +83,6 @@ FEW = STARTS[:2]
 """Starts of the laws that were not chosen, of the trots, and of the law on the policy's model. The
 chosen law and the policy have all."""
 SECONDS = 10.0
-"""Duration of an episode that judges [s]; a push to the left is at 5 s."""
+"""Duration of an episode that judges [s]."""
+PUSHED_S = 5.0
+"""Time of a push to the left [s]."""

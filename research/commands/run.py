@@ -14,19 +14,23 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pandas as pd
+from PIL import Image, ImageDraw
 
 from research.commands import plan
 from research.frame import Row, Table, main, markdown_table, with_interval, write_rows, write_text
 from research.search import search
 from tegotae._support.files import output_folder
+from tegotae.envs.command import CommandSchedule
 from tegotae.envs.mujoco.settings import ModelSettings, located
 from tegotae.envs.robot_file import load_robot
+from tegotae.figures.animation import model_camera
 from tegotae.systems.controller_file import SavedController, save
 from tegotae.systems.recipe import recipe
 from tegotae.systems.resolve import resolve
@@ -34,6 +38,7 @@ from tegotae.training.algorithms import CMAES
 from tegotae.training.environments.experiment import EnvExperiment
 from tegotae_robots.benchmark.commanded import Commanded, CommandedEpisodes, joystick, judge, law
 from tegotae_robots.benchmark.conditions import CONDITIONS, TWELVE
+from tegotae_robots.benchmark.course import Course
 
 RUNS = plan.FOLDER.parents[1] / "runs" / "commands"
 ROWS = Table(plan.FOLDER / "race.csv", ("controller", "condition"))
@@ -307,5 +312,50 @@ def summary(rows: pd.DataFrame) -> list[str]:
     return [counts[0], means[0], counts[1], *means[1:]]
 
 
+def pictures(
+    entry: Commanded, command: Sequence[float], condition: str, times_s: np.ndarray
+) -> Iterator[np.ndarray]:
+    """Yield pictures of an episode of a controller at ascending times [s], [rows, columns, 3]."""
+    commands, start, alive = np.array([command]), plan.STARTS[0], np.ones(1, bool)
+    schedule = CommandSchedule(np.zeros(1), commands[None]) if entry.settings.legs else None
+    course = Course(
+        entry.settings, CONDITIONS[condition], [start], plan.SECONDS, schedule, entry.trunk
+    )
+    course.reset(np.array([start]), alive)
+    driver, states = entry.driver(course, commands), list[np.ndarray]()
+    for _ in range(round(times_s[-1] / course.step_s) + 1):
+        states.append(course.states[0])
+        course.step(driver.act(course.felt(driver.read)), alive)
+    course.close()
+    if (course.model.geom_group[course.model.geom_bodyid > 0] > 2).all():
+        course.model.geom_group[:] = 0  # a model without meshes is drawn as it touches
+    with model_camera(course.model, 4.0 * 0.3) as picture:
+        data = mujoco.MjData(course.model)
+        for time_s in times_s:
+            state = states[round(time_s / course.step_s)]
+            mujoco.mj_setState(course.model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+            mujoco.mj_forward(course.model, data)
+            yield picture(data)
+
+
+def strip(policy: Path = plan.POLICY) -> None:
+    """Draw a push of 1.5 m/s at 1.2 m/s, a row a controller."""
+    times_s, rows = plan.PUSHED_S + np.array([-0.2, 0.1, 0.3, 0.5, 0.8, 1.2]), list[Image.Image]()
+    for title, entry in (("law", chosen().entry()), (POLICY, joystick(policy, home()))):
+        frames = pictures(entry, plan.RACED["forward 1.2"], "push 1.5 m/s", times_s)
+        images = [Image.fromarray(frame) for frame in frames]
+        width, height = (round(0.5 * n) for n in images[0].size)
+        row = Image.new("RGB", (len(images) * width, 3 * height // 4))
+        for k, (image, time_s) in enumerate(zip(images, times_s, strict=True)):
+            row.paste(image.resize((width, height)), (k * width, -height // 4))
+            text = f"{title}, {time_s - plan.PUSHED_S:+.1f} s"
+            ImageDraw.Draw(row).text((k * width + 5, 4), text, fill=(20, 20, 20))
+        rows.append(row)
+    whole = Image.new("RGB", (rows[0].width, sum(row.height for row in rows)))
+    for k, row in enumerate(rows):
+        whole.paste(row, (0, k * row.height))
+    whole.quantize(128).save(plan.FOLDER / "strip.png", optimize=True)
+
+
 if __name__ == "__main__":
-    main(tune, choose, evaluate, report)
+    main(tune, choose, evaluate, report, strip)
