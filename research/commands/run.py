@@ -187,7 +187,9 @@ def tune(name: str = "") -> None:
 
 
 def choose() -> None:
-    """Write the error of displacement of the laws from starts that judge nothing."""
+    """Write the error of displacement of the laws from starts that judge nothing, and keep that of
+    the least as `raibert.json`.
+    """
     rows = list[Row]()
     for controller, start in product(LAWS, plan.CHOICE_STARTS):
         results = [result for _, result in episodes(controller, None, start)]
@@ -195,6 +197,7 @@ def choose() -> None:
         falls = sum(int(result.fell.sum()) for result in results)
         rows.append({"law": controller.name, "start": start, "error": error, "falls": falls})
     write_rows(CHOICE, rows, digits=4)
+    write_text(plan.FOLDER / "raibert.json", chosen().file.read_text())
 
 
 def chosen() -> Tuned:
@@ -266,7 +269,7 @@ def rows_of(
 
 
 def report() -> None:
-    """Write the tables of the page from the kept rows."""
+    """Write the tables of the page from the kept rows, of controllers with all conditions."""
     rows = ROWS.read()
     rows["error"] = (rows.followed - 1.0).abs()
     rows["heading"] = rows.heading_error_rad.abs()
@@ -277,7 +280,8 @@ def report() -> None:
     lines = [["conditions", "controller", *HEAD]]
     groups = {"twelve": rows[twelve], "seven harder": rows[~twelve], "all": rows}
     for (title, group), name in product(groups.items(), order):
-        if len(part := group[group.controller == name]):
+        part = group[group.controller == name]
+        if part.condition.nunique() == group.condition.nunique():
             lines.append([title, name, *summary(part)])
     write_text(plan.FOLDER / "race.md", markdown_table(lines))
     for column in ("condition", "command"):
