@@ -42,7 +42,7 @@ CLOCK = tuple(START)[:7]
 LEVELLED = tuple(START)[:11]
 """Numbers of the trot with levelling, likewise without odometry."""
 AWAY_START = {"press_m": (0.2, 0.05)}
-"""What differs for the law that is tuned on the policy's model, whose servos yield more."""
+"""Numbers of the law that is tuned on the policy's model, whose servos yield more."""
 
 Command = tuple[float, float, float]
 """Forward, left [m/s] and yaw rate [rad/s]."""
