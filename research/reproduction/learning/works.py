@@ -1,7 +1,7 @@
 """Equal comparisons by other definitions of work: in the study's body, and in 24 others.
 
     python -m research.reproduction.learning.works readings  # 24 bodies, three works, 20 min of CPU
-    python -m research.reproduction.learning.works bodies    # two bodies, 40 min of CPU
+    python -m research.reproduction.learning.works bodies    # two bodies, over an hour of CPU
     python -m research.reproduction.learning.works report    # the table of the 24 bodies
 
 Each continues where it was stopped. `research.reproduction contrasts` compares the tables of
