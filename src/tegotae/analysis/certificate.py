@@ -6,6 +6,7 @@ of its own computes every bound again with outward rounding.
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import itertools
 import math
@@ -660,10 +661,15 @@ def certificate(
 ) -> JsonObject:
     """Search the largest certified set on a grid; return the certificate as JSON values.
 
-    Each range of mass and of stiffness is split into `splits` parts, which are bounded apart.
-
     Its cells have ranks: -1 outside of the set, `FREE`, or the number of hops after which all
     orbits are in the core.
+
+    Args:
+        law: the law, with its body and the errors that are allowed.
+        tick_s: control period [s].
+        grid: cells of speed and phase.
+        name: of the controller.
+        splits: parts of the range of mass and of that of stiffness; each part is bounded alone.
 
     Raises:
         TegotaeError: if no cell is certified.
@@ -746,16 +752,16 @@ def _joined(a: Hop, b: Hop) -> Hop:
 def _images(law: BoundedLaw, tick_s: float, grid: Grid, splits: int) -> Hop:
     """Return the images of all cells, wider by what another program's bounds may be."""
     speeds, phases = grid.cells()
-    image: Hop | None = None
-    for member in _split(law, splits):
+
+    def image_of(member: BoundedLaw) -> Hop:
         parts = []
         for start in range(0, len(speeds[0]), _AT_ONCE):
             part = slice(start, start + _AT_ONCE)
             ends = ((x[0][part], x[1][part]) for x in (speeds, phases))
             parts.append(hop(member, tick_s, *ends))
-        fresh = jax.tree.map(lambda *x: np.concatenate(x), *parts)
-        image = fresh if image is None else _joined(image, fresh)
-    assert image is not None
+        return jax.tree.map(lambda *x: np.concatenate(x), *parts)
+
+    image = functools.reduce(_joined, map(image_of, _split(law, splits)))
 
     def wider(x: Bounds) -> Bounds:
         margin = _MARGIN * (x[1] - x[0]) + 1e-6

@@ -12,6 +12,7 @@ import numpy as np
 
 from tegotae import __version__
 from tegotae._support.documents import JsonObject
+from tegotae.analysis.certificate import weights_hash
 from tegotae.parts.weight_names import nested
 from tegotae.systems.descriptions import describe
 from tegotae_robots.c.golden import TOLERANCE, Golden, check_program, golden
@@ -157,7 +158,7 @@ def _manifest(export: Export, golden: Golden, layout: ExportLayout, files: list[
         "software": __version__,
         "prefix": export.prefix,
         "model": saved.name,
-        "weights_sha256": export.weights_hash,
+        "weights_sha256": weights_hash(saved.weights),
         "files": files,
         "tick_s": export.tick_s,
         "trained_tick_s": export.trained_tick_s,

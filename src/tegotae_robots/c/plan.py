@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import hashlib
 import textwrap
 from dataclasses import dataclass
 from typing import Any, cast
@@ -12,6 +11,7 @@ import numpy as np
 
 from lanewise.nodes import CannotLower
 from tegotae._support.errors import TegotaeError, require_count, require_finite
+from tegotae.analysis.certificate import weights_hash
 from tegotae.parts._shapes import Number
 from tegotae.parts.bodies import Body, Hopper, Interface
 from tegotae.parts.bodies.upright import Upright
@@ -93,11 +93,6 @@ class Export(RobotController):
                     f"the scale of {name} differs from limb to limb, which cannot be exported"
                 )
         return {name: np.asarray(scale).item() for name, scale in self.signal_scales.items()}
-
-    @property
-    def weights_hash(self) -> str:
-        """SHA-256 of the weights as doubles, which a certificate of `tegotae certify` names."""
-        return hashlib.sha256(np.asarray(self.saved.weights, "<f8").tobytes()).hexdigest()
 
     @property
     def trained_tick_s(self) -> float | None:
@@ -269,7 +264,8 @@ def facts(export: Export) -> dict[str, Any]:
         (name, floating(value), description)
         for name, (value, description) in constants(export).items()
     ]
-    entries.append(("WEIGHTS_SHA256", f'"{export.weights_hash}"', "as a certificate names them"))
+    weights = f'"{weights_hash(export.saved.weights)}"'
+    entries.append(("WEIGHTS_SHA256", weights, "as a certificate names them"))
     if limbs:
         phases = each_limb([limb.phase_rad for limb in limbs])
         entries.append(("PHASE_RAD", phases, "phases at start in training [rad]"))
