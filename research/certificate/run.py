@@ -181,8 +181,9 @@ def keep(row: dict[str, Any]) -> None:
 def _draw() -> None:
     """Draw the certified cells over the sampled basin, with the limit cycle."""
     names = [name for name in SUBJECTS if path_of(name).exists()]
-    figure, axes = plt.subplots(1, len(names), figsize=(5.2 * len(names), 4.2), squeeze=False)
-    for axis, name in zip(axes[0], names, strict=True):
+    figure = plt.figure(figsize=(15.6, 8.4))
+    for place, name in enumerate(names, 1):
+        axis = figure.add_subplot(2, 3, place)
         source, grid = SUBJECTS[name]
         certificate = json.loads(path_of(name).read_text("utf-8"))
         ranks = np.array(certificate["ranks"])

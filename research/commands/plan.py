@@ -80,8 +80,8 @@ RACED = COMMANDS
 STARTS = (8201, 8202, 8203, 8204)
 """Seeds of starts, and of the ground, that no search and no choice met, nor a race before."""
 FEW = STARTS[:2]
-"""Starts of the laws that were not chosen, of the trots, and of the law on the policy's model. The
-chosen law and the policy have all."""
+"""Starts of the laws that were not chosen, and of the law on the policy's model; all others have
+all. The trots were planned with these two; when the rows of one were seen, both got all."""
 SECONDS = 10.0
 """Duration of an episode that judges [s]."""
 PUSHED_S = 5.0

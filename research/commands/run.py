@@ -238,7 +238,7 @@ def entries(policy: Path) -> dict[str, tuple[Callable[[], Commanded], Sequence[i
     best = chosen()
     for controller in TUNED:
         if controller.file.exists():
-            starts = plan.STARTS if controller == best else plan.FEW
+            starts = plan.FEW if controller in LAWS and controller != best else plan.STARTS
             raced[controller.title] = controller.entry, starts
     return {
         best.title: raced[best.title],
@@ -284,6 +284,13 @@ def report() -> None:
         if part.condition.nunique() == group.condition.nunique():
             lines.append([title, name, *summary(part)])
     write_text(plan.FOLDER / "race.md", markdown_table(lines))
+    lines = [["law minus", "falls [percentage points]", "tracking error", "CoT"]]
+    for name in (POLICY, TROT.title, LEVELLED.title):
+        pair = [per_start(rows[rows.controller == each]) for each in (best, name)]
+        columns = (pair[0] - pair[1])[["falls", "error", "cost"]]
+        intervals = [with_interval(columns[x], ".2f") for x in columns]
+        lines.append([name, *intervals])
+    write_text(plan.FOLDER / "pairs.md", markdown_table(lines))
     for column in ("condition", "command"):
         lines = [[column, "falls: law", "policy", "error: law", "policy", "CoT: law", "policy"]]
         for value in rows[column].unique():
@@ -298,18 +305,19 @@ def report() -> None:
         write_text(plan.FOLDER / f"{column}s.md", markdown_table(lines).replace("nan", "–"))
 
 
+def per_start(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return falls [%], errors and costs of transport, a row a start."""
+    starts = rows.groupby("start")
+    values = {"falls": 100.0 * starts.fell.mean(), "error": starts.error.mean()}
+    values |= {"heading": starts.heading.mean(), "cost": starts.cost_of_transport.median()}
+    return pd.DataFrame(values)
+
+
 def summary(rows: pd.DataFrame) -> list[str]:
     """Return the cells of a group of episodes, with intervals over starts if there are four."""
-    starts = rows.groupby("start")
-    values = [
-        100.0 * starts.fell.mean(),
-        starts.error.mean(),
-        starts.heading.mean(),
-        starts.cost_of_transport.median(),
-    ]
-    form, enough = (".1f", ".2f", ".2f", ".2f"), len(starts) > 2
+    values, form = per_start(rows), (".1f", ".2f", ".2f", ".2f")
     means = [
-        with_interval(x, y, (0.0, np.inf)) if enough else f"{x.mean():{y}}"
+        with_interval(values[x], y, (0.0, np.inf)) if len(values) > 2 else f"{values[x].mean():{y}}"
         for x, y in zip(values, form, strict=True)
     ]
     counts = f"{int(rows.fell.sum())} of {len(rows)}", f"{int(rows.lags.sum())}"
